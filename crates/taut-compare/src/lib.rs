@@ -1,0 +1,1 @@
+//! Truth for tests and benchmarks.

@@ -1,0 +1,2 @@
+//! What a surface must answer.
+pub mod implicit;
