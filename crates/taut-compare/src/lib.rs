@@ -1,1 +1,14 @@
-//! Truth for tests and benchmarks.
+//! Truth for tests and benchmarks: geodesic distances that share no code and no formulation with the solvers they
+//! judge, and the seeded points to measure on.
+//!
+//! - [`generate`]: points on shapes, noise, outliers;
+//! - [`closed_form`]: distances that a formula gives;
+//! - [`revolution`]: nearly round ellipsoids of revolution by Karney's series;
+//! - [`shooting`]: every geodesic between two points of a torus or a triaxial ellipsoid, by the geodesic equation.
+
+pub mod closed_form;
+pub mod generate;
+mod gragg;
+pub mod revolution;
+pub mod shooting;
+pub mod surface;

@@ -1,5 +1,7 @@
 //! Geodesics on point clouds and implicit surfaces, pulled taut to a tolerance.
 
+pub mod correction;
+pub mod result;
 pub mod surface;
 
 /// A point or vector of R^D.

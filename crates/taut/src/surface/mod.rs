@@ -1,2 +1,64 @@
-//! What a surface must answer.
+//! What a surface must answer: the foot of a point, the frame there, and how the surface bends.
+//!
+//! Everything downstream (first guesses, correction) reaches a surface only through [`Surface`], so
+//! equations F(x) = 0 and point clouds are served by the same code in every dimension.
+
+
+pub mod frame;
 pub mod implicit;
+pub mod level_set;
+
+
+
+pub use frame::Geometry;
+
+use crate::Vector;
+
+/// A smooth surface of dimension k in R^D, as the correction sees it.
+///
+/// A *place* is what a node remembers between calls so that no search is needed: nothing for
+/// equations, the nearest chart for a point cloud.
+pub trait Surface<const D: usize>: Sync {
+    /// What a node remembers between calls.
+    type Place: Copy + Send + Sync + std::fmt::Debug;
+
+    /// The intrinsic dimension k of the surface.
+    fn intrinsic_dimension(&self) -> usize;
+
+    /// The point of the surface near `x`, found from `place`, which is brought up to date; `scratch`
+    /// is overwritten.
+    ///
+    /// `None` where the iteration does not arrive: too far from the surface, or a singular point.
+    fn foot(
+        &self,
+        x: &Vector<D>,
+        place: &mut Self::Place,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Vector<D>>;
+
+    /// Tangent and normal frame and second fundamental form at a point `x` of the surface.
+    ///
+    /// Returns `false`, leaving `out` unspecified, where the surface has no tangent space.
+    fn geometry(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>) -> bool;
+
+    /// How far `x` lies beyond the known extent of the surface (a hole or rim of a point cloud), and
+    /// the gradient of that depth; `None` inside, and everywhere on a surface without rims.
+    fn beyond_rim(&self, _x: &Vector<D>, _place: Self::Place) -> Option<(f64, Vector<D>)> {
+        None
+    }
+
+    /// The wavelength below which the surface has no detail worth resolving (a chart's radius for
+    /// a cloud), and 0 for equations.
+    fn resolution(&self, _place: Self::Place) -> f64 {
+        0.0
+    }
+}
+
+/// A point of a surface, with what the surface needs to find it again.
+#[derive(Clone, Copy, Debug)]
+pub struct Node<const D: usize, P> {
+    /// The point.
+    pub point: Vector<D>,
+    /// Where on the surface it lies.
+    pub place: P,
+}

@@ -1,0 +1,204 @@
+//! Surface to picture: light, dark creases, haze.
+
+use rayon::prelude::*;
+
+use crate::canvas::{Canvas, coded, decode, encode};
+use crate::splat::{Surface, Surfel};
+
+/// Directions to the lights (right, down, toward the viewer), of length 1, and their strengths.
+const KEY_LIGHT: [f32; 3] = [-0.477, -0.636, 0.606];
+const KEY_STRENGTH: f32 = 0.62;
+const HEAD_STRENGTH: f32 = 0.30;
+const AMBIENT: f32 = 0.20;
+/// Strength and sharpness of the highlight of the key light.
+const GLOSS: f32 = 0.05;
+const GLOSS_POWER: i32 = 24;
+/// Reach of the two searches for what blocks ambient light, as shares of the picture's height.
+const CREASE_REACHES: [f32; 2] = [0.008, 0.035];
+/// Samples of each search, evenly round the point.
+const CREASE_SAMPLES: usize = 8;
+/// Neighbours lower than this (sine over the tangent plane) block nothing: splats are not smooth.
+const CREASE_BIAS: f32 = 0.12;
+/// How much the farthest surface fades into the background.
+const HAZE: f32 = 0.22;
+
+/// How a picture looks, apart from what it shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Style {
+    /// Background, as sRGB.
+    pub background: [u8; 3],
+    /// Samples a pixel along each side, from 1 (draft) to 4; more gives smoother outlines, at the
+    /// cost of its square in time and memory.
+    pub supersampling: u8,
+    /// Darkness of creases and of what lies close behind something: 0 none, 1 usual.
+    pub crease_strength: f64,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            background: [255; 3],
+            supersampling: 2,
+            crease_strength: 1.0,
+        }
+    }
+}
+
+impl Style {
+    pub(crate) fn samples(&self) -> usize {
+        usize::from(self.supersampling.clamp(1, 4))
+    }
+}
+
+/// Lights the surface and averages its samples into pixels.
+pub(crate) fn shade(surface: &Surface, style: &Style) -> Canvas {
+    let samples = surface.samples;
+    let (width, height) = (surface.width / samples, surface.height / samples);
+    let light = Light::new(surface, style);
+    let mut pixels = vec![[0.0; 3]; width * height];
+    pixels
+        .par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (x, pixel) in row.iter_mut().enumerate() {
+                *pixel = light.pixel(x, y).map(encode);
+            }
+        });
+    Canvas {
+        width,
+        height,
+        pixels,
+    }
+}
+
+struct Light<'a> {
+    surface: &'a Surface,
+    background: [f32; 3],
+    crease_strength: f32,
+    /// Offsets in samples, for each reach.
+    offsets: [[[f32; 2]; CREASE_SAMPLES]; 2],
+    reaches: [f32; 2],
+    nearest: f32,
+    haze_per_depth: f32,
+    decoded: [f32; 256],
+}
+
+impl<'a> Light<'a> {
+    fn new(surface: &'a Surface, style: &Style) -> Self {
+        let finite = || surface.depth.iter().copied().filter(|d| d.is_finite());
+        let nearest = finite().fold(f32::INFINITY, f32::min);
+        let farthest = finite().fold(f32::NEG_INFINITY, f32::max);
+        let size = surface.height.min(surface.width) as f32;
+        let reaches = CREASE_REACHES.map(|share| share * size);
+        Self {
+            surface,
+            background: coded(style.background).map(decode),
+            crease_strength: style.crease_strength.clamp(0.0, 4.0) as f32,
+            offsets: std::array::from_fn(|ring| ring_offsets(reaches[ring], ring)),
+            reaches,
+            nearest,
+            haze_per_depth: HAZE / (farthest - nearest).max(1.0),
+            decoded: std::array::from_fn(|byte| decode(byte as f32 / 255.0)),
+        }
+    }
+
+    /// Mean light of a pixel's samples.
+    fn pixel(&self, x: usize, y: usize) -> [f32; 3] {
+        let samples = self.surface.samples;
+        let mut sum = [0.0; 3];
+        for row in y * samples..(y + 1) * samples {
+            for column in x * samples..(x + 1) * samples {
+                let light = self.sample(column, row);
+                for channel in 0..3 {
+                    sum[channel] += light[channel];
+                }
+            }
+        }
+        sum.map(|channel| channel / (samples * samples) as f32)
+    }
+
+    fn sample(&self, column: usize, row: usize) -> [f32; 3] {
+        let place = row * self.surface.width + column;
+        let depth = self.surface.depth[place];
+        if depth == f32::INFINITY {
+            return self.background;
+        }
+        let surfel = &self.surface.surfels[place];
+        let open = self.openness(column, row, depth, surfel.normal);
+        let (diffuse, gloss) = reflect(surfel.normal);
+        let haze = (depth - self.nearest) * self.haze_per_depth;
+        self.lit(surfel, diffuse * open, gloss * open, haze)
+    }
+
+    fn lit(&self, surfel: &Surfel, diffuse: f32, gloss: f32, haze: f32) -> [f32; 3] {
+        std::array::from_fn(|channel| {
+            let albedo = self.decoded[usize::from(surfel.colour[channel])];
+            let light = albedo * diffuse + gloss;
+            light + (self.background[channel] - light) * haze
+        })
+    }
+
+    /// The share of ambient light that reaches a sample.
+    fn openness(&self, column: usize, row: usize, depth: f32, normal: [f32; 3]) -> f32 {
+        let mut blocked = 0.0;
+        for (offsets, reach) in self.offsets.iter().zip(self.reaches) {
+            for offset in offsets {
+                blocked += self.blocked(column, row, depth, normal, *offset, reach);
+            }
+        }
+        let share = blocked / (2 * CREASE_SAMPLES) as f32;
+        (-2.4 * self.crease_strength * share).exp()
+    }
+
+    /// How much the surface at an offset rises over the tangent plane, less for farther away.
+    fn blocked(
+        &self,
+        column: usize,
+        row: usize,
+        depth: f32,
+        normal: [f32; 3],
+        offset: [f32; 2],
+        reach: f32,
+    ) -> f32 {
+        let x = (column as f32 + 0.5 + offset[0]).floor();
+        let y = (row as f32 + 0.5 + offset[1]).floor();
+        if x < 0.0 || y < 0.0 || x >= self.surface.width as f32 || y >= self.surface.height as f32 {
+            return 0.0;
+        }
+        let (x, y) = (x as usize, y as usize);
+        let rise = depth - self.surface.depth[y * self.surface.width + x];
+        if rise == f32::NEG_INFINITY {
+            return 0.0;
+        }
+        let [dx, dy] = [x as f32 - column as f32, y as f32 - row as f32];
+        let square = dx * dx + dy * dy + rise * rise;
+        if square <= 0.0 {
+            return 0.0;
+        }
+        let over = (normal[0] * dx + normal[1] * dy + normal[2] * rise) / square.sqrt();
+        let near = 1.0 / (1.0 + square / (4.0 * reach * reach));
+        (over - CREASE_BIAS).max(0.0) * near
+    }
+}
+
+/// Diffuse and glossy light that a surface sends to the viewer.
+fn reflect(normal: [f32; 3]) -> (f32, f32) {
+    let [lx, ly, lz] = KEY_LIGHT;
+    let toward_key = normal[0] * lx + normal[1] * ly + normal[2] * lz;
+    let wrapped = ((toward_key + 0.3) / 1.3).max(0.0);
+    let half = ((1.0 + lz) * 2.0).sqrt();
+    let toward_half = (normal[0] * lx + normal[1] * ly + normal[2] * (lz + 1.0)) / half;
+    let diffuse = AMBIENT + HEAD_STRENGTH * normal[2] + KEY_STRENGTH * wrapped;
+    (diffuse, GLOSS * toward_half.max(0.0).powi(GLOSS_POWER))
+}
+
+/// Offsets spread round a point; the rings are turned against each other and their distances
+/// alternate, so that no direction shows.
+fn ring_offsets(reach: f32, ring: usize) -> [[f32; 2]; CREASE_SAMPLES] {
+    std::array::from_fn(|sample| {
+        let turn = sample as f32 + 0.5 * ring as f32;
+        let angle = std::f32::consts::TAU * turn / CREASE_SAMPLES as f32;
+        let distance = reach * if sample % 2 == 0 { 1.0 } else { 0.55 };
+        [distance * angle.cos(), distance * angle.sin()]
+    })
+}

@@ -1,0 +1,210 @@
+//! XYZ, TXT and CSV: rows of numbers.
+//!
+//! White space, commas or semicolons separate the fields (the first row decides), `#` and `//` start comments. The first
+//! row may name the columns: x, y, z (or x1 .. xd) are then the coordinates and nx, ny, nz (or n1 .. nd) the normals,
+//! other columns are ignored, be they numbers or not. Without such names every column is a coordinate, but for XYZ and
+//! TXT with six columns, whose last three are normals where they are unit vectors and are ignored where not.
+
+use crate::error::{Fault, quoted};
+use crate::point_set::PointSet;
+use crate::text::{Separator, as_text, content_lines, number};
+
+/// How rows without names are understood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Style {
+    /// XYZ and TXT: positions in space, normals behind them.
+    Positions,
+    /// CSV: every column a coordinate.
+    Columns,
+}
+
+/// What becomes of one column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Coordinate(usize),
+    Normal(usize),
+    Ignored,
+}
+
+struct Layout {
+    roles: Vec<Role>,
+    dimension: usize,
+    has_normals: bool,
+    /// The normals are a guess from the number of columns.
+    guessed: bool,
+}
+
+pub(super) fn read(bytes: &[u8], style: Style) -> Result<PointSet, Fault> {
+    let text = as_text(bytes)?;
+    let mut lines = content_lines(text).peekable();
+    let Some((first_line, first)) = lines.peek().copied() else {
+        return Ok(PointSet::default());
+    };
+    let separator = Separator::of(first);
+    let fields: Vec<&str> = separator.fields(first).collect();
+    let is_header = fields.first().is_some_and(|field| field.parse::<f64>().is_err());
+    let layout = if is_header {
+        lines.next();
+        Layout::of_names(&fields)
+    } else {
+        Layout::of_count(fields.len(), style)
+    };
+    if layout.dimension < 2 {
+        return Err(Fault::line(
+            first_line,
+            quoted(first),
+            "at least 2 columns of coordinates",
+            "put the coordinates of a point on one line, separated by white space or commas",
+        ));
+    }
+    let mut points = read_rows(lines, separator, &layout, first_line)?;
+    layout.settle_guess(&mut points);
+    Ok(points)
+}
+
+fn read_rows<'a>(
+    lines: impl Iterator<Item = (usize, &'a str)>,
+    separator: Separator,
+    layout: &Layout,
+    first_line: usize,
+) -> Result<PointSet, Fault> {
+    let mut coordinates = Vec::new();
+    let mut normals = Vec::new();
+    let mut position = vec![0.0; layout.dimension];
+    let mut normal = vec![0.0; layout.dimension];
+    for (line, row) in lines {
+        let mut columns = 0;
+        for field in separator.fields(row) {
+            match layout.roles.get(columns) {
+                Some(Role::Coordinate(axis)) => position[*axis] = number(field, line)?,
+                Some(Role::Normal(axis)) => normal[*axis] = number(field, line)?,
+                Some(Role::Ignored) | None => {}
+            }
+            columns += 1;
+        }
+        if columns != layout.roles.len() {
+            return Err(Fault::line(
+                line,
+                format!("{columns} columns"),
+                format!("{} as in line {first_line}", layout.roles.len()),
+                "complete or remove the line",
+            ));
+        }
+        coordinates.extend_from_slice(&position);
+        if layout.has_normals {
+            normals.extend_from_slice(&normal);
+        }
+    }
+    Ok(PointSet {
+        dimension: layout.dimension,
+        coordinates,
+        normals: layout.has_normals.then_some(normals),
+        ..PointSet::default()
+    })
+}
+
+impl Layout {
+    fn of_names(names: &[&str]) -> Self {
+        let find = |name: &str| names.iter().position(|found| found.eq_ignore_ascii_case(name));
+        let numbered = |letter: &str| {
+            (1..=names.len())
+                .map_while(|axis| find(&format!("{letter}{axis}")))
+                .collect::<Vec<_>>()
+        };
+        let named = |names: [&str; 3]| names.into_iter().filter_map(find).collect::<Vec<_>>();
+        let (positions, normals) = match (named(["x", "y", "z"]), numbered("x")) {
+            (positions, _) if positions.len() == 3 => (positions, named(["nx", "ny", "nz"])),
+            (_, positions) if positions.len() >= 2 => (positions, numbered("n")),
+            _ => ((0..names.len()).collect(), Vec::new()),
+        };
+        let mut roles = vec![Role::Ignored; names.len()];
+        for (axis, column) in positions.iter().enumerate() {
+            roles[*column] = Role::Coordinate(axis);
+        }
+        let has_normals = normals.len() == positions.len();
+        if has_normals {
+            for (axis, column) in normals.iter().enumerate() {
+                roles[*column] = Role::Normal(axis);
+            }
+        }
+        Self {
+            dimension: positions.len(),
+            roles,
+            has_normals,
+            guessed: false,
+        }
+    }
+
+    fn of_count(columns: usize, style: Style) -> Self {
+        let guessed = style == Style::Positions && columns == 6;
+        let dimension = if guessed { 3 } else { columns };
+        let role = |column| match column {
+            _ if column < dimension => Role::Coordinate(column),
+            _ => Role::Normal(column - dimension),
+        };
+        Self {
+            roles: (0..columns).map(role).collect(),
+            dimension,
+            has_normals: guessed,
+            guessed,
+        }
+    }
+
+    /// Keeps guessed normals only if they are unit vectors (or zero: unknown), and tells of what was guessed.
+    fn settle_guess(&self, points: &mut PointSet) {
+        if !self.guessed {
+            if self.dimension > 3 && self.roles.len() == self.dimension {
+                points.notes.push(format!(
+                    "every one of the {} columns is read as a coordinate; name the columns in a first line (x, y, z, ...) if some are not",
+                    self.dimension
+                ));
+            }
+            return;
+        }
+        const UNIT_LENGTH: std::ops::RangeInclusive<f64> = 0.9..=1.1;
+        let is_normal = |vector: &[f64]| {
+            let length = vector.iter().map(|value| value * value).sum::<f64>().sqrt();
+            length == 0.0 || UNIT_LENGTH.contains(&length) || !length.is_finite()
+        };
+        let normals = points.normals.take().unwrap_or_default();
+        if normals.chunks_exact(3).all(is_normal) {
+            points.normals = Some(normals);
+        } else {
+            let note = "columns 4 to 6 ignored: they are not unit vectors, so not normals";
+            points.notes.push(note.to_owned());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(text: &str, style: Style) -> PointSet {
+        read(text.as_bytes(), style).unwrap()
+    }
+
+    #[test]
+    fn six_columns_are_normals_only_if_unit() {
+        let normals = points("0 0 0 0 0 1\n1 0 0 0 1 0\n", Style::Positions);
+        assert_eq!(normals.dimension, 3);
+        assert_eq!(normals.normals, Some(vec![0.0, 0.0, 1.0, 0.0, 1.0, 0.0]));
+        let colours = points("0 0 0 255 0 1\n", Style::Positions);
+        assert_eq!((colours.normals, colours.notes.len()), (None, 1));
+        assert_eq!(points("0,0,0,255,0,1\n", Style::Columns).dimension, 6);
+    }
+
+    #[test]
+    fn names_choose_columns() {
+        let csv = points("label;\"Z\";y;x\na;3;2;1\nb;6;5;4\n", Style::Columns);
+        assert_eq!(csv.coordinates, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let five = points("x1 x2 x3 x4 x5\n1 2 3 4 5\n", Style::Positions);
+        assert_eq!(five.dimension, 5);
+    }
+
+    #[test]
+    fn decimal_commas_are_refused() {
+        let fault = read(b"1,5;2,5;3,5\n", Style::Positions).unwrap_err();
+        assert!(matches!(fault, Fault::Malformed { .. }));
+    }
+}

@@ -1,0 +1,57 @@
+//! Lengths and their errors: the osculating arc (19)-(21), and the spectral tail.
+
+use crate::correction::curve::Curve;
+
+/// Relative error of each element's energy, estimated from its last Legendre modes.
+///
+/// The velocity of an element of degree p has modes 0..p-1, and the modes of a smooth path fall
+/// geometrically; the first one left out is smaller than the last one kept. Returned per element as
+/// its share of the whole energy.
+pub(crate) fn tails<const D: usize, P: Copy>(curve: &Curve<D, P>, energy: f64) -> Vec<f64> {
+    let reference = curve.element();
+    let count = curve.degree + 1;
+    curve
+        .spans
+        .iter()
+        .enumerate()
+        .map(|(e, span)| {
+            let velocities = curve.velocities(e);
+            let mode_energy = |mode: usize| {
+                let row = &reference.legendre[mode * count..(mode + 1) * count];
+                let mut coefficient = velocities[0] * row[0];
+                for q in 1..count {
+                    coefficient += velocities[q] * row[q];
+                }
+                coefficient.norm_squared() * 2.0 / (2 * mode + 1) as f64 / span
+            };
+            let last = mode_energy(curve.degree - 1);
+            let before = mode_energy(curve.degree - 2);
+            // Even and odd modes may alternate in size: the second last stands in where it warns.
+            last.max(before * 0.05) / energy
+        })
+        .collect()
+}
+
+/// The length of the arc of curvature `curvature` over a chord, (19): (2 / kappa) asin(kappa sigma / 2).
+pub(crate) fn arc(chord: f64, curvature: f64) -> f64 {
+    let half = 0.5 * curvature * chord;
+    if half < 1e-4 {
+        chord * (1.0 + half * half / 6.0)
+    } else {
+        chord * half.min(1.0).asin() / half
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::arc;
+
+    #[test]
+    fn arc_of_a_circle() {
+        for angle in [1e-6, 1e-3, 0.5, 3.0] {
+            let radius = 2.5;
+            let chord = 2.0 * radius * f64::sin(angle / 2.0);
+            assert!((arc(chord, 1.0 / radius) / (radius * angle) - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! Correction: a first guess is pulled taut to a tolerance [3.3].
+
+pub(crate) mod band;
+pub(crate) mod curve;
+pub(crate) mod element;
+pub(crate) mod length;
+pub(crate) mod newton;
+pub(crate) mod nodes;
+
+use crate::correction::curve::Curve;
+use crate::correction::newton::{Level, Solver};
+use crate::result::{Path, Status};
+use crate::surface::{Node, Surface};
+
+/// What the correction may spend and must reach.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Largest relative error of the length.
+    pub tolerance: f64,
+    /// Most nodes of a path.
+    pub most_nodes: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            most_nodes: 8192,
+        }
+    }
+}
+
+/// A path being pulled taut, between levels.
+pub(crate) struct Taut<const D: usize, P> {
+    pub curve: Curve<D, P>,
+    pub level: Level,
+    pub steps: usize,
+}
+
+/// Turning per segment of the first polyline, radians: fine enough to stay on its sheet of the
+/// surface, coarse enough that a zigzag guess is smoothed by a few steps.
+const COARSE_TURNING: f64 = 0.4;
+const COARSE_SEGMENTS: usize = 8;
+/// Turning per element of the final path, radians.
+const ELEMENT_TURNING: f64 = 1.2;
+const MOST_STEPS: usize = 40;
+const MOST_ESCAPES: usize = 4;
+const MOST_LEVELS: usize = 16;
+
+/// Pulls a guess roughly taut on a polyline: enough to tell its length to a few parts in a thousand.
+///
+/// `None` where the guess cannot be followed on the surface.
+pub(crate) fn straighten<const D: usize, S: Surface<D>>(
+    surface: &S,
+    guess: &[Node<D, S::Place>],
+    solver: &mut Solver<D, S::Place>,
+) -> Option<Taut<D, S::Place>> {
+    let profile = nodes::profile(surface, guess, &mut solver.scratch);
+    let segments = ((profile.turning / COARSE_TURNING).ceil() as usize).max(COARSE_SEGMENTS);
+    let knots = if profile.length > 0.0 {
+        profile.knots(segments)
+    } else {
+        vec![0.0, 1.0]
+    };
+    let mut curve = nodes::resample(surface, guess, &profile, &knots, &mut solver.scratch);
+    let mut steps = 0;
+    let mut level = solver.solve(surface, &mut curve, 1e-3, MOST_STEPS)?;
+    steps += level.steps;
+    for _ in 0..MOST_ESCAPES {
+        if level.index == Some(0) || solver.escape(surface, &mut curve).is_none() {
+            break;
+        }
+        level = solver.solve(surface, &mut curve, 1e-3, MOST_STEPS)?;
+        steps += level.steps;
+    }
+    Some(Taut {
+        curve,
+        level,
+        steps,
+    })
+}
+
+/// Pulls a straightened path taut to the tolerance: higher degree, spans by curvature, elements
+/// halved until the error estimate is met.
+///
+/// Returns the path as far as it got; the status says whether it converged.
+pub(crate) fn tighten<const D: usize, S: Surface<D>>(
+    surface: &S,
+    coarse: Taut<D, S::Place>,
+    settings: &Settings,
+    solver: &mut Solver<D, S::Place>,
+) -> Path<D> {
+    let mut taut = coarse;
+    let start_steps = taut.steps;
+    if taut.level.measure.energy == 0.0 {
+        return finish(surface, taut, Status::Converged, 0.0, solver);
+    }
+    let digits = -settings.tolerance.log10();
+    let degree = ((2.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
+    let profile = nodes::profile(surface, &taut.curve.nodes, &mut solver.scratch);
+    let elements = ((profile.turning / ELEMENT_TURNING).ceil() as usize).max(1);
+    let mut knots = spans_of(&taut.curve, &profile.knots(elements));
+    let mut steps = start_steps;
+    let mut escapes = 0;
+    for _ in 0..MOST_LEVELS {
+        let Some(mut curve) = taut.curve.refit(surface, degree, &knots, &mut solver.scratch) else {
+            return finish(surface, taut, Status::OffSurface, f64::INFINITY, solver);
+        };
+        let newton_tolerance = (0.01 * settings.tolerance).max(1e-15);
+        let Some(level) = solver.solve(surface, &mut curve, newton_tolerance, MOST_STEPS) else {
+            return finish(surface, taut, Status::OffSurface, f64::INFINITY, solver);
+        };
+        steps += level.steps;
+        taut = Taut {
+            curve,
+            level,
+            steps,
+        };
+        if level.index.is_some_and(|index| index > 0)
+            && escapes < MOST_ESCAPES
+            && solver.escape(surface, &mut taut.curve).is_some()
+        {
+            escapes += 1;
+            continue;
+        }
+        let energy = level.measure.energy;
+        let tails = length::tails(&taut.curve, energy);
+        let error = relative_error(&taut, tails.iter().sum());
+        if !level.converged {
+            return finish(surface, taut, Status::NotTaut, error, solver);
+        }
+        if error <= settings.tolerance {
+            return finish(surface, taut, Status::Converged, error, solver);
+        }
+        let share = 0.5 * settings.tolerance / tails.len() as f64;
+        let marked: Vec<bool> = tails.iter().map(|tail| *tail > share).collect();
+        let added = marked.iter().filter(|m| **m).count();
+        if added == 0 || taut.curve.nodes.len() + added * degree > settings.most_nodes {
+            return finish(surface, taut, Status::NotResolved, error, solver);
+        }
+        knots = nodes::insert(&taut.curve.spans, &marked);
+    }
+    let tails = length::tails(&taut.curve, taut.level.measure.energy);
+    let error = relative_error(&taut, tails.iter().sum());
+    finish(surface, taut, Status::NotResolved, error, solver)
+}
+
+/// Fractions of length as fractions of the curve's parameter.
+fn spans_of<const D: usize, P: Copy>(curve: &Curve<D, P>, fractions: &[f64]) -> Vec<f64> {
+    let lengths: Vec<f64> = curve
+        .nodes
+        .windows(2)
+        .map(|pair| (pair[1].point - pair[0].point).norm())
+        .collect();
+    let total: f64 = lengths.iter().sum();
+    let shares: Vec<f64> = lengths.iter().map(|l| l / total).collect();
+    let mut starts = vec![0.0];
+    for span in &curve.spans {
+        starts.push(starts[starts.len() - 1] + span);
+    }
+    let mut at = curve::Cursor::new(&shares);
+    let mut knots: Vec<f64> = fractions
+        .iter()
+        .map(|fraction| {
+            let (i, local) = at.seek(*fraction);
+            starts[i] + 0.5 * (1.0 + local) * curve.spans[i]
+        })
+        .collect();
+    if let Some(last) = knots.last_mut() {
+        *last = 1.0;
+    }
+    knots
+}
+
+/// Estimated relative error of the length: half the energy's, what Newton left, and rounding.
+fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 {
+    let size = taut
+        .curve
+        .nodes
+        .iter()
+        .map(|node| node.point.amax())
+        .fold(0.0, f64::max);
+    let rounding = f64::EPSILON * (16.0 + 4.0 * size / taut.level.measure.length);
+    0.5 * tail + taut.level.last_change.min(1.0).powi(2).max(0.0) + rounding
+}
+
+/// The answer: nodes, normals, arc lengths, and what was reached.
+fn finish<const D: usize, S: Surface<D>>(
+    surface: &S,
+    taut: Taut<D, S::Place>,
+    status: Status,
+    relative_error: f64,
+    solver: &mut Solver<D, S::Place>,
+) -> Path<D> {
+    let length = taut.level.measure.length;
+    let mut path = Path {
+        status,
+        length,
+        length_error: if length > 0.0 { relative_error * length } else { 0.0 },
+        surface_error: 0.0,
+        stable: taut.level.index == Some(0),
+        max_geodesic_curvature: solver.largest_geodesic_curvature(surface, &taut.curve),
+        max_off_surface: 0.0,
+        steps: taut.steps,
+        points: Vec::with_capacity(taut.curve.nodes.len()),
+        normals: Vec::with_capacity(taut.curve.nodes.len()),
+        arc_length: taut.curve.arc_lengths(),
+    };
+    for node in &taut.curve.nodes {
+        let mut place = node.place;
+        let off = match surface.foot(&node.point, &mut place, &mut solver.scratch) {
+            Some(foot) => (foot - node.point).norm(),
+            None => f64::INFINITY,
+        };
+        path.max_off_surface = path.max_off_surface.max(off);
+        let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
+            solver.scratch.normal(0)
+        } else {
+            crate::Vector::zeros()
+        };
+        path.points.push(node.point);
+        path.normals.push(normal);
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::implicit::{Equation, ImplicitSurface};
+    use crate::{Matrix, Vector};
+
+    #[test]
+    fn torus_equator_and_sphere() {
+        let sphere = ImplicitSurface::new(
+            Equation(|x: &Vector<3>| (x.dot(x) - 1.0, x * 2.0, Matrix::<3>::identity() * 2.0)),
+            1.0,
+        );
+        let mut solver = Solver::new(1);
+        let a = Vector::<3>::new(1.0, 0.0, 0.0);
+        for angle in [0.1f64, 1.0, 2.0, 3.0] {
+            let b = Vector::<3>::new(angle.cos(), angle.sin() * 0.6, angle.sin() * 0.8);
+            let c = (a + b + Vector::<3>::new(0.1, 0.2, 0.5)).normalize();
+            let guess = [a, c, b].map(|point| Node { point, place: () });
+            for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+                let coarse = straighten(&sphere, &guess, &mut solver).unwrap();
+                let cl = coarse.level;
+                let settings = Settings { tolerance, ..Settings::default() };
+                let path = tighten(&sphere, coarse, &settings, &mut solver);
+                let error = (path.length / angle - 1.0).abs();
+                println!("{angle} {tolerance:e} {:?} nodes {} err {error:e} est {:e} steps {} coarse {:?} kg {:e} off {:e} arc {}", path.status, path.points.len(), path.length_error / path.length, path.steps, cl, path.max_geodesic_curvature, path.max_off_surface, path.arc_length[path.arc_length.len()-1]-path.length);
+                assert!(path.converged() && error <= tolerance && path.length_error >= (path.length - angle).abs());
+            }
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! Newton's method for the energy of a path whose nodes stay on the surface.
+//!
+//! The Hessian on the surface couples the nodes of an element by T_i' K_ij T_j and adds <g_i, II> to
+//! the diagonal, g the energy's gradient; for degree 1 this is the block-tridiagonal matrix of the
+//! flow (10) with the curvature term that makes its convergence quadratic. Levenberg's shift of the
+//! diagonal is a flow step of the size 1 / shift.
+
+use crate::Vector;
+use crate::correction::band::Band;
+use crate::correction::curve::{Curve, Measure};
+use crate::surface::{Geometry, Node, Surface};
+
+/// How well a level was solved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Level {
+    /// The last Newton step's predicted relative change of length was below the level's tolerance.
+    pub converged: bool,
+    /// Energy and length.
+    pub measure: Measure,
+    /// Predicted relative change of length of the last step taken.
+    pub last_change: f64,
+    /// The number of directions that shorten the path (the Morse index); `None` where the Hessian is
+    /// singular to rounding (conjugate end points).
+    pub index: Option<usize>,
+    /// Newton steps taken.
+    pub steps: usize,
+}
+
+/// Buffers of the solver, kept between levels.
+pub(crate) struct Solver<const D: usize, P> {
+    geometries: Vec<Geometry<D>>,
+    tangents: Vec<[Vector<D>; D]>,
+    pull: Vec<Vector<D>>,
+    trial_pull: Vec<Vector<D>>,
+    band: Band,
+    base: Band,
+    residual: Vec<f64>,
+    step: Vec<f64>,
+    masses: Vec<f64>,
+    trial: Vec<Node<D, P>>,
+    pub scratch: Geometry<D>,
+}
+
+/// The rim's stiffness in units of L^2 / resolution^2: a path round a hole of a few spacings sinks
+/// into its rim by less than a twentieth of a chart's radius.
+const RIM_STIFFNESS: f64 = 40.0;
+const MOST_SHIFTS: usize = 24;
+
+impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
+    pub fn new(codimension: usize) -> Self {
+        Self {
+            geometries: Vec::new(),
+            tangents: Vec::new(),
+            pull: Vec::new(),
+            trial_pull: Vec::new(),
+            band: Band::default(),
+            base: Band::default(),
+            residual: Vec::new(),
+            step: Vec::new(),
+            masses: Vec::new(),
+            trial: Vec::new(),
+            scratch: Geometry::new(codimension),
+        }
+    }
+
+    /// Pulls the path taut on its present elements, until Newton's step predicts a relative change of
+    /// length below `tolerance`, or for `most_steps` steps.
+    ///
+    /// `None` where the surface has no tangent space at a node.
+    pub fn solve<S: Surface<D, Place = P>>(
+        &mut self,
+        surface: &S,
+        curve: &mut Curve<D, P>,
+        tolerance: f64,
+        most_steps: usize,
+    ) -> Option<Level> {
+        let mut measure = curve.measure(&mut self.pull);
+        let mut level = Level {
+            converged: false,
+            measure,
+            last_change: f64::INFINITY,
+            index: None,
+            steps: 0,
+        };
+        if curve.nodes.len() < 3 || measure.energy == 0.0 {
+            level.converged = true;
+            level.last_change = 0.0;
+            level.index = Some(0);
+            return Some(level);
+        }
+        self.weigh(curve);
+        let mut shift = 0.0;
+        while level.steps < most_steps {
+            let rim = self.assemble(surface, curve, measure)?;
+            let penalised = measure.energy + rim;
+            let mut accepted = None;
+            for _ in 0..MOST_SHIFTS {
+                let index = self.factor(shift);
+                if shift == 0.0 {
+                    level.index = index;
+                }
+                if index == Some(0) {
+                    let decrement = self.newton_step();
+                    let change = 0.5 * decrement / measure.energy;
+                    if let Some((trial, energy)) = self.attempt(surface, curve, measure) {
+                        let rounding = 1e-14 * (curve.degree * curve.degree) as f64 * penalised;
+                        if energy <= penalised + rounding {
+                            accepted = Some((trial, change));
+                            break;
+                        }
+                    }
+                    if change < 1e-15 {
+                        break;
+                    }
+                }
+                shift = if shift == 0.0 { 4.0 } else { shift * 4.0 };
+            }
+            level.steps += 1;
+            let Some((trial, change)) = accepted else {
+                // No step lowers the energy: as taut as rounding allows, if Newton agrees.
+                level.converged = level.last_change < tolerance;
+                break;
+            };
+            std::mem::swap(&mut curve.nodes, &mut self.trial);
+            measure = trial;
+            std::mem::swap(&mut self.pull, &mut self.trial_pull);
+            level.measure = measure;
+            level.last_change = change;
+            if shift == 0.0 && change < tolerance {
+                level.converged = true;
+                break;
+            }
+            shift = if shift > 16.0 { shift / 16.0 } else { 0.0 };
+        }
+        Some(level)
+    }
+
+    /// The direction in which the path shortens most at second order, if the last Hessian had one:
+    /// inverse iteration from a fixed generic start. Moves the path along it.
+    pub fn escape<S: Surface<D, Place = P>>(
+        &mut self,
+        surface: &S,
+        curve: &mut Curve<D, P>,
+    ) -> Option<()> {
+        let measure = curve.measure(&mut self.pull);
+        let rim = self.assemble(surface, curve, measure)?;
+        let mut shift = 4.0;
+        while self.factor(shift) != Some(0) {
+            shift *= 2.0;
+            if shift > 1e12 {
+                return None;
+            }
+        }
+        for (i, value) in self.step.iter_mut().enumerate() {
+            *value = (1.0 + i as f64).sin();
+        }
+        let k = surface.intrinsic_dimension();
+        for _ in 0..12 {
+            for (i, value) in self.step.iter_mut().enumerate() {
+                *value *= self.masses[1 + i / k];
+            }
+            self.band.solve(&mut self.step);
+            let largest = self.step.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            for value in &mut self.step {
+                *value /= largest;
+            }
+        }
+        let direction = self.step.clone();
+        for size in [0.2, -0.2, 0.1, -0.1, 0.05, -0.05, 0.02, -0.02] {
+            for (target, value) in self.step.iter_mut().zip(&direction) {
+                *target = size * measure.length * value;
+            }
+            if let Some((_, energy)) = self.attempt(surface, curve, measure)
+                && energy < measure.energy + rim
+            {
+                std::mem::swap(&mut curve.nodes, &mut self.trial);
+                return Some(());
+            }
+        }
+        None
+    }
+
+    /// The largest geodesic curvature |P x''| / |x'|^2 over the interior nodes, from the last
+    /// solution's energy gradient.
+    pub fn largest_geodesic_curvature<S: Surface<D, Place = P>>(
+        &mut self,
+        surface: &S,
+        curve: &Curve<D, P>,
+    ) -> f64 {
+        let measure = curve.measure(&mut self.pull);
+        let squared_speed = 2.0 * measure.energy;
+        let mut largest = 0.0_f64;
+        for i in 1..curve.nodes.len().saturating_sub(1) {
+            let node = &curve.nodes[i];
+            if surface.geometry(&node.point, node.place, &mut self.scratch) {
+                let residual = self.scratch.project(&self.pull[i]).norm();
+                largest = largest.max(residual / self.masses[i] / squared_speed);
+            }
+        }
+        largest
+    }
+
+    /// The parameter's share of every node: the lumped mass matrix.
+    fn weigh(&mut self, curve: &Curve<D, P>) {
+        let reference = curve.element();
+        self.masses.clear();
+        self.masses.resize(curve.nodes.len(), 0.0);
+        for (e, span) in curve.spans.iter().enumerate() {
+            for (j, weight) in reference.weights.iter().enumerate() {
+                self.masses[e * curve.degree + j] += 0.5 * span * weight;
+            }
+        }
+    }
+
+    /// Residual and Hessian at the present nodes; returns the rim's share of the energy.
+    fn assemble<S: Surface<D, Place = P>>(
+        &mut self,
+        surface: &S,
+        curve: &Curve<D, P>,
+        measure: Measure,
+    ) -> Option<f64> {
+        let k = surface.intrinsic_dimension();
+        let interior = curve.nodes.len() - 2;
+        let codimension = D - k;
+        self.geometries
+            .resize_with(interior.max(self.geometries.len()), || Geometry::new(codimension));
+        self.tangents.resize(interior, [Vector::zeros(); D]);
+        self.residual.clear();
+        self.residual.resize(interior * k, 0.0);
+        self.step.resize(interior * k, 0.0);
+        self.base.reset(interior * k, (curve.degree + 1).min(interior) * k - 1);
+        let mut rim_energy = 0.0;
+        for i in 0..interior {
+            let node = &curve.nodes[i + 1];
+            let geometry = &mut self.geometries[i];
+            if !surface.geometry(&node.point, node.place, geometry) {
+                return None;
+            }
+            let mut pull = self.pull[i + 1];
+            let rim = surface.beyond_rim(&node.point, node.place);
+            let stiffness = rim.map_or(0.0, |_| self.rim_stiffness(surface, node, measure, i + 1));
+            if let Some((depth, gradient)) = rim {
+                rim_energy += 0.5 * stiffness * depth * depth;
+                pull += gradient * (stiffness * depth);
+            }
+            let form = self.geometries[i].second_form(&pull);
+            let tangents = &mut self.tangents[i];
+            for (j, tangent) in tangents[..k].iter_mut().enumerate() {
+                *tangent = self.geometries[i].tangent(j);
+            }
+            for a in 0..k {
+                self.residual[i * k + a] = tangents[a].dot(&pull);
+                let bent = form * tangents[a];
+                for b in 0..=a {
+                    let mut entry = bent.dot(&tangents[b]);
+                    if let Some((_, gradient)) = rim {
+                        entry += stiffness * gradient.dot(&tangents[a]) * gradient.dot(&tangents[b]);
+                    }
+                    self.base.add(i * k + a, i * k + b, entry);
+                }
+            }
+        }
+        self.couple(curve, k);
+        Some(rim_energy)
+    }
+
+    /// Adds the stiffness T_i' K_ij T_j of every element.
+    fn couple(&mut self, curve: &Curve<D, P>, k: usize) {
+        let reference = curve.element();
+        let count = curve.degree + 1;
+        let last = curve.nodes.len() - 1;
+        for (e, span) in curve.spans.iter().enumerate() {
+            let scale = 2.0 / span;
+            for p in 0..count {
+                let row = e * curve.degree + p;
+                if row == 0 || row == last {
+                    continue;
+                }
+                for q in 0..=p {
+                    let column = e * curve.degree + q;
+                    if column == 0 {
+                        continue;
+                    }
+                    let entry = scale * reference.stiffness[p * count + q];
+                    let (i, j) = (row - 1, column - 1);
+                    if i == j {
+                        for a in 0..k {
+                            self.base.add(i * k + a, i * k + a, entry);
+                        }
+                        continue;
+                    }
+                    for a in 0..k {
+                        for b in 0..k {
+                            let product = self.tangents[i][a].dot(&self.tangents[j][b]);
+                            self.base.add(i * k + a, j * k + b, entry * product);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn rim_stiffness<S: Surface<D, Place = P>>(
+        &self,
+        surface: &S,
+        node: &Node<D, P>,
+        measure: Measure,
+        i: usize,
+    ) -> f64 {
+        let resolution = surface.resolution(node.place);
+        RIM_STIFFNESS * 2.0 * measure.energy / (resolution * resolution) * self.masses[i]
+    }
+
+    /// Factors the Hessian plus `shift` times the mass matrix.
+    fn factor(&mut self, shift: f64) -> Option<usize> {
+        self.band.clone_from(&self.base);
+        if shift > 0.0 {
+            let k = self.residual.len() / (self.masses.len() - 2);
+            for row in 0..self.residual.len() {
+                self.band.add(row, row, shift * self.masses[1 + row / k]);
+            }
+        }
+        self.band.factor()
+    }
+
+    /// Newton's step; returns the predicted decrease of the energy.
+    fn newton_step(&mut self) -> f64 {
+        for (step, residual) in self.step.iter_mut().zip(&self.residual) {
+            *step = -residual;
+        }
+        self.band.solve(&mut self.step);
+        let slope: f64 = self.step.iter().zip(&self.residual).map(|(s, r)| s * r).sum();
+        -0.5 * slope
+    }
+
+    /// Takes the step, pulls every node back onto the surface, and measures; the nodes are left in
+    /// `trial`. `None` where a node finds no foot.
+    fn attempt<S: Surface<D, Place = P>>(
+        &mut self,
+        surface: &S,
+        curve: &mut Curve<D, P>,
+        measure: Measure,
+    ) -> Option<(Measure, f64)> {
+        let k = surface.intrinsic_dimension();
+        self.trial.clone_from(&curve.nodes);
+        for i in 0..curve.nodes.len() - 2 {
+            let node = &mut self.trial[i + 1];
+            let mut target = node.point;
+            for a in 0..k {
+                target += self.tangents[i][a] * self.step[i * k + a];
+            }
+            node.point = surface.foot(&target, &mut node.place, &mut self.scratch)?;
+        }
+        std::mem::swap(&mut curve.nodes, &mut self.trial);
+        let trial = curve.measure(&mut self.trial_pull);
+        std::mem::swap(&mut curve.nodes, &mut self.trial);
+        let mut energy = trial.energy;
+        for i in 1..self.trial.len() - 1 {
+            let node = self.trial[i];
+            if let Some((depth, _)) = surface.beyond_rim(&node.point, node.place) {
+                energy += 0.5 * self.rim_stiffness(surface, &node, measure, i) * depth * depth;
+            }
+        }
+        energy.is_finite().then_some((trial, energy))
+    }
+}

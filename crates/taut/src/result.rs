@@ -1,0 +1,95 @@
+//! What a query returns: values that carry their error estimate and status, never a bare number.
+
+use std::fmt;
+
+use crate::Vector;
+
+/// How a path query ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The estimated relative error is within the tolerance, and the path is taut.
+    Converged,
+    /// Newton's method stopped before the path was taut to the tolerance.
+    NotTaut,
+    /// The path is taut on its nodes, but more nodes than allowed are needed for the tolerance, or the
+    /// tolerance is below what rounding leaves.
+    NotResolved,
+    /// The path left the part of space where the surface is defined.
+    OffSurface,
+    /// No path exists: the end points lie on different components, or only a hole lies between.
+    NoPath,
+}
+
+impl Status {
+    /// The status as one word, as the command line prints it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::NotTaut => "not-taut",
+            Self::NotResolved => "not-resolved",
+            Self::OffSurface => "off-surface",
+            Self::NoPath => "no-path",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.word())
+    }
+}
+
+/// A geodesic between two points. Lengths are in the input's units.
+#[derive(Clone, Debug)]
+pub struct Path<const D: usize> {
+    /// How the query ended.
+    pub status: Status,
+    /// Length of the path; infinite where there is none.
+    pub length: f64,
+    /// Estimated absolute error of the length against the geodesic of the same surface.
+    pub length_error: f64,
+    /// Estimated absolute error of the length that the surface itself, reconstructed from points,
+    /// adds; 0 for equations.
+    pub surface_error: f64,
+    /// The path is a strict local minimum of length: no direction shortens it at second order.
+    pub stable: bool,
+    /// Largest geodesic curvature left, 1 / length.
+    pub max_geodesic_curvature: f64,
+    /// Largest distance of a node from the surface.
+    pub max_off_surface: f64,
+    /// Newton (or flow) steps taken, all levels together.
+    pub steps: usize,
+    /// Nodes from start to end, on the surface; empty where there is no path.
+    pub points: Vec<Vector<D>>,
+    /// A unit normal at each node (the first of m for codimension m).
+    pub normals: Vec<Vector<D>>,
+    /// Length from the start to each node.
+    pub arc_length: Vec<f64>,
+}
+
+impl<const D: usize> Path<D> {
+    /// The answer where no path exists: infinitely long.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            status: Status::NoPath,
+            length: f64::INFINITY,
+            length_error: 0.0,
+            surface_error: 0.0,
+            stable: false,
+            max_geodesic_curvature: 0.0,
+            max_off_surface: 0.0,
+            steps: 0,
+            points: Vec::new(),
+            normals: Vec::new(),
+            arc_length: Vec::new(),
+        }
+    }
+
+    /// The estimated relative error is within the tolerance asked for.
+    #[must_use]
+    pub fn converged(&self) -> bool {
+        self.status == Status::Converged
+    }
+}

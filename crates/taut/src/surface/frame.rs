@@ -1,0 +1,152 @@
+//! Tangent and normal frame, and the second fundamental form, from gradients and Hessians.
+
+use crate::{Matrix, Vector};
+
+/// First- and second-order geometry at a point of a surface of codimension m.
+///
+/// Built from the gradients and Hessians of m equations F; the buffers are reused between points.
+#[derive(Clone, Debug)]
+pub struct Geometry<const D: usize> {
+    /// Orthonormal: columns 0..m span the normal space, columns m..D the tangent space.
+    pub basis: Matrix<D>,
+    /// Codimension m.
+    pub codimension: usize,
+    /// Values of the equations.
+    pub values: Vec<f64>,
+    /// Gradients of the equations, the rows of J.
+    pub gradients: Vec<Vector<D>>,
+    /// Hessians of the equations.
+    pub hessians: Vec<Matrix<D>>,
+    /// Upper triangle R of J' = Q R.
+    triangle: Matrix<D>,
+}
+
+impl<const D: usize> Geometry<D> {
+    /// An empty geometry for `codimension` equations.
+    #[must_use]
+    pub fn new(codimension: usize) -> Self {
+        Self {
+            basis: Matrix::identity(),
+            codimension,
+            values: vec![0.0; codimension],
+            gradients: vec![Vector::zeros(); codimension],
+            hessians: vec![Matrix::zeros(); codimension],
+            triangle: Matrix::zeros(),
+        }
+    }
+
+    /// The j-th unit tangent vector, j < k.
+    #[must_use]
+    pub fn tangent(&self, j: usize) -> Vector<D> {
+        self.basis.column(self.codimension + j).into_owned()
+    }
+
+    /// The j-th unit normal vector, j < m.
+    #[must_use]
+    pub fn normal(&self, j: usize) -> Vector<D> {
+        self.basis.column(j).into_owned()
+    }
+
+    /// The intrinsic dimension k.
+    #[must_use]
+    pub fn intrinsic_dimension(&self) -> usize {
+        D - self.codimension
+    }
+
+    /// The orthogonal projection of `v` onto the tangent space.
+    #[must_use]
+    pub fn project(&self, v: &Vector<D>) -> Vector<D> {
+        let mut tangential = *v;
+        for j in 0..self.codimension {
+            let n = self.basis.column(j);
+            tangential -= n * n.dot(v);
+        }
+        tangential
+    }
+
+    /// Householder QR of J': fills [`basis`](Self::basis). `false` where the gradients are not
+    /// independent (relative to the longest, to 1e-12) or not finite.
+    pub fn factor(&mut self) -> bool {
+        let m = self.codimension;
+        let longest = self.gradients.iter().map(|g| g.norm()).fold(0.0, f64::max);
+        if !(longest > 0.0 && longest.is_finite()) {
+            return false;
+        }
+        let mut columns = [Vector::<D>::zeros(); D];
+        let mut reflectors = [Vector::<D>::zeros(); D];
+        columns[..m].copy_from_slice(&self.gradients);
+        for j in 0..m {
+            let mut v = columns[j];
+            for i in 0..j {
+                v[i] = 0.0;
+            }
+            let norm = v.norm();
+            if norm <= 1e-12 * longest {
+                return false;
+            }
+            let diagonal = if v[j] > 0.0 { -norm } else { norm };
+            v[j] -= diagonal;
+            v /= v.norm();
+            for column in &mut columns[j..m] {
+                let twice = 2.0 * v.dot(column);
+                *column -= v * twice;
+            }
+            columns[j][j] = diagonal;
+            for i in 0..=j {
+                self.triangle[(i, j)] = columns[j][i];
+            }
+            reflectors[j] = v;
+        }
+        self.basis = Matrix::identity();
+        for j in (0..m).rev() {
+            let v = reflectors[j];
+            let row = v.transpose() * self.basis;
+            self.basis -= v * row * 2.0;
+        }
+        true
+    }
+
+    /// J^+ r, the shortest x with J x = r: solves R' y = r, x = Q y.
+    #[must_use]
+    pub fn pseudo_inverse(&self, r: &[f64]) -> Vector<D> {
+        let mut y = [0.0; D];
+        let mut x = Vector::zeros();
+        for i in 0..self.codimension {
+            let mut sum = r[i];
+            for j in 0..i {
+                sum -= self.triangle[(j, i)] * y[j];
+            }
+            y[i] = sum / self.triangle[(i, i)];
+            x += self.basis.column(i) * y[i];
+        }
+        x
+    }
+
+    /// The normal curvature vector II(t, t) = -J^+ [t' Hess F_a t]_a along a tangent vector t.
+    #[must_use]
+    pub fn bend(&self, t: &Vector<D>) -> Vector<D> {
+        let mut second = [0.0; D];
+        for (value, hessian) in second.iter_mut().zip(&self.hessians) {
+            *value = -(hessian * t).dot(t);
+        }
+        self.pseudo_inverse(&second[..self.codimension])
+    }
+
+    /// The symmetric matrix H with <g, II(u, v)> = u' H v for tangent u and v: the Hessians summed
+    /// with the multipliers -J^{+T} g.
+    #[must_use]
+    pub fn second_form(&self, g: &Vector<D>) -> Matrix<D> {
+        let m = self.codimension;
+        let mut multipliers = [0.0; D];
+        let mut sum_of_hessians = Matrix::zeros();
+        for i in (0..m).rev() {
+            let mut sum = self.basis.column(i).dot(g);
+            for j in i + 1..m {
+                sum -= self.triangle[(i, j)] * multipliers[j];
+            }
+            multipliers[i] = sum / self.triangle[(i, i)];
+            sum_of_hessians -= self.hessians[i] * multipliers[i];
+        }
+        sum_of_hessians
+    }
+}

@@ -1,0 +1,60 @@
+//! The zeros of equations as a surface: Newton-Raphson feet (12), frames and bends.
+//!
+//! Shared by surfaces given by equations and by the atlas of a point cloud, which is a level set too.
+
+use crate::Vector;
+use crate::surface::Geometry;
+
+/// Equations near a place: what [`foot`] needs.
+pub(crate) trait LevelSet<const D: usize> {
+    type Place: Copy;
+
+    /// Brings `place` up to date for `x`; `false` where the equations know nothing of `x`.
+    fn locate(&self, x: &Vector<D>, place: &mut Self::Place) -> bool;
+
+    /// Values and gradients into `out`.
+    fn gradients(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>);
+
+    /// A length: steps beyond it mean that the iteration is lost.
+    fn reach(&self, place: Self::Place) -> f64;
+}
+
+const MOST_STEPS: usize = 40;
+
+/// Newton-Raphson to the surface, x <- x - J^+ F (12): quadratic, and for one equation the paper's
+/// x - F grad F / |grad F|^2. Stops when a step no longer moves `x` beyond rounding.
+pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
+    level_set: &L,
+    x: &Vector<D>,
+    place: &mut L::Place,
+    workspace: &mut Geometry<D>,
+) -> Option<Vector<D>> {
+    let mut x = *x;
+    let mut last = f64::INFINITY;
+    for _ in 0..MOST_STEPS {
+        if !level_set.locate(&x, place) {
+            return None;
+        }
+        level_set.gradients(&x, *place, workspace);
+        if !workspace.factor() {
+            return None;
+        }
+        let mut step = workspace.pseudo_inverse(&workspace.values);
+        let length = step.norm();
+        if !length.is_finite() {
+            return None;
+        }
+        let reach = level_set.reach(*place);
+        if length > reach {
+            step *= reach / length;
+        }
+        x -= step;
+        let rounding = 4.0 * f64::EPSILON * x.amax();
+        // The step after one of relative size e is of size e^2 (quadratic convergence).
+        if length <= rounding || (length >= 0.5 * last && length <= 64.0 * rounding) {
+            return Some(x);
+        }
+        last = length;
+    }
+    None
+}
