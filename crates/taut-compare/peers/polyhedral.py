@@ -1,10 +1,10 @@
 """Exact geodesic lengths on a triangle mesh (Mitchell, Mount & Papadimitriou 1987, as coded by pygeodesic).
 
-    python -m venv /tmp/peers && /tmp/peers/bin/pip install pygeodesic==0.1.11 trimesh scipy numpy
-    /tmp/peers/bin/python polyhedral.py MESH PAIRS > LENGTHS
-    /tmp/peers/bin/python polyhedral.py MESH PAIRS --random 10 10 --seed 1 > LENGTHS
+    python -m venv ENVIRONMENT && ENVIRONMENT/bin/pip install pygeodesic==0.1.11 trimesh scipy numpy
+    ENVIRONMENT/bin/python polyhedral.py MESH PAIRS > LENGTHS
+    ENVIRONMENT/bin/python polyhedral.py MESH PAIRS --random 10 10 --seed 1 > LENGTHS
 
-MESH is OFF, OBJ or PLY (ascii or binary). PAIRS has two 0-based vertex indices of the file a line; one length a line
+ENVIRONMENT is a new folder. MESH is OFF, OBJ or PLY (ascii or binary). PAIRS has two 0-based vertex indices of the file a line; one length a line
 is printed in the same order and in the file's units, "inf" where no path along triangles joins the two.
 --random S T first writes PAIRS: S sources with T targets each, all different, drawn from the vertices that the
 triangles of the largest component use. Pairs that share a source cost one field together.

@@ -227,7 +227,9 @@ mod tests {
                 let (x, t) = (surface.position(&end), surface.velocity(&end));
                 let off = x.component_div(&Vector3::from(surface.semi_axes)).norm() - 1.0;
                 let clairaut = x.x * t.y - x.y * t.x - tilt.cos();
-                let worst = [clairaut, t.norm() - 1.0, off].iter().fold(0.0_f64, |worst, x| worst.max(x.abs()));
+                let worst = [clairaut, t.norm() - 1.0, off]
+                    .iter()
+                    .fold(0.0_f64, |worst, x| worst.max(x.abs()));
                 assert!(worst < 1e-13, "length {length}: {worst:e}");
             }
         }
