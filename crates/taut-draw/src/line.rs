@@ -14,6 +14,8 @@ const DOT: f64 = 1.35;
 const BIAS_RADII: f32 = 1.5;
 /// And so does one this many pixels behind it.
 const BIAS_PIXELS: f32 = 2.0;
+/// Parts shorter than about twice this many line widths take the visibility of what is round them.
+const STEADY: f32 = 1.6;
 /// Hidden lines: width against visible ones, opacity, and dash and gap in line widths.
 const HIDDEN_WIDTH: f32 = 0.6;
 const HIDDEN_OPACITY: f32 = 0.55;
@@ -34,7 +36,7 @@ pub(crate) fn draw_paths(
     for path in &scene.paths {
         let width = path.width_pixels.unwrap_or(usual_width).max(0.5) as f32;
         for places in screen_pieces(&path.points, camera) {
-            let visible = steady(&visibility(&places, surface), width.ceil() as usize);
+            let visible = steady(&visibility(&places, surface), (STEADY * width) as usize);
             split_runs(&places, &visible, width, coded(path.colour), &mut runs);
         }
     }
@@ -335,11 +337,14 @@ fn draw_dots(
         .markers
         .iter()
         .filter(|marker| is_finite(marker.position))
-        .map(|marker| (marker, place(camera.project(marker.position), 0.0)))
+        .map(|marker| {
+            let radius = marker.radius_pixels.unwrap_or(usual_radius).max(0.5);
+            let spot = place(camera.project(marker.position), radius / 2.0);
+            (marker, spot, radius as f32)
+        })
         .collect();
     dots.sort_by(|a, b| b.1.depth.total_cmp(&a.1.depth));
-    for (marker, spot) in dots {
-        let radius = marker.radius_pixels.unwrap_or(usual_radius).max(0.5) as f32;
+    for (marker, spot, radius) in dots {
         let colour = coded(marker.colour);
         let line = [[spot.x, spot.y]];
         if !is_visible(&spot, surface) {

@@ -14,8 +14,12 @@ const NEIGHBOURS: usize = 12;
 /// The disc reaches to this neighbour: on uniform random samples discs of that size leave about
 /// 3 of 10,000 surface points uncovered.
 const COVERING_NEIGHBOUR: usize = 8;
+/// Where the points lie on a curve, this neighbour is the next one along it.
+const NEXT_ON_CURVE: usize = 2;
+/// Neighbours lie on a curve where their second variance is this share of the first or less.
+const CURVE: f64 = 0.003;
 /// No disc is larger than this many median ones: a point far from all others stays a dot.
-const LARGEST_DISC: f64 = 4.0;
+const LARGEST_DISC: f64 = 3.0;
 /// Subtrees of at most this many points are searched one by one.
 const LEAF: usize = 12;
 /// Subtrees of more points are built in parallel.
@@ -38,7 +42,13 @@ pub(crate) fn local_shape(points: &[[f64; 3]]) -> Result<LocalShape, DrawError> 
         .map_init(Vec::new, |nearest, site| {
             tree.nearest(site.position, nearest);
             let normal = normal(&tree, nearest);
-            (site.index, normal, spacing(nearest))
+            let neighbour = if normal == [0.0; 3] {
+                NEXT_ON_CURVE
+            } else {
+                COVERING_NEIGHBOUR
+            };
+            let radius = nearest[neighbour.min(nearest.len() - 1)].0.sqrt();
+            (site.index, normal, radius)
         })
         .collect();
     let mut shape = LocalShape {
@@ -62,11 +72,6 @@ fn typical_radius(found: &[(u32, [f64; 3], f64)], extent: f64) -> f64 {
     }
     let middle = radii.len() / 2;
     *radii.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-/// Distance to the covering neighbour.
-fn spacing(nearest: &[(f64, u32)]) -> f64 {
-    nearest[COVERING_NEIGHBOUR.min(nearest.len() - 1)].0.sqrt()
 }
 
 /// Direction of least spread; zero where the neighbours span no plane.
@@ -97,7 +102,7 @@ fn normal(tree: &Tree, nearest: &[(f64, u32)]) -> [f64; 3] {
     };
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    if eigen.eigenvalues[order[1]] <= 1e-6 * eigen.eigenvalues[order[2]] {
+    if eigen.eigenvalues[order[1]] <= CURVE * eigen.eigenvalues[order[2]] {
         return [0.0; 3];
     }
     eigen.eigenvectors.column(order[0]).into_owned().into()

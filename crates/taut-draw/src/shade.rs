@@ -7,18 +7,24 @@ use crate::splat::{Surface, Surfel};
 
 /// Directions to the lights (right, down, toward the viewer), of length 1, and their strengths.
 const KEY_LIGHT: [f32; 3] = [-0.477, -0.636, 0.606];
-const KEY_STRENGTH: f32 = 0.62;
-const HEAD_STRENGTH: f32 = 0.30;
-const AMBIENT: f32 = 0.20;
+const KEY_STRENGTH: f32 = 0.66;
+const HEAD_STRENGTH: f32 = 0.34;
+const AMBIENT: f32 = 0.16;
+/// From this cosine on, the side that a disc shows is beyond doubt.
+const SURE_SIDE: f32 = 0.45;
 /// Strength and sharpness of the highlight of the key light.
 const GLOSS: f32 = 0.05;
 const GLOSS_POWER: i32 = 24;
 /// Reach of the two searches for what blocks ambient light, as shares of the picture's height.
 const CREASE_REACHES: [f32; 2] = [0.008, 0.035];
+/// How much each search counts.
+const CREASE_WEIGHTS: [f32; 2] = [1.4, 0.8];
 /// Samples of each search, evenly round the point.
 const CREASE_SAMPLES: usize = 8;
 /// Neighbours lower than this (sine over the tangent plane) block nothing: splats are not smooth.
 const CREASE_BIAS: f32 = 0.12;
+/// Darkness where ambient light is blocked on all sides, as an exponent.
+const DARKENING: f32 = 2.4;
 /// How much the farthest surface fades into the background.
 const HAZE: f32 = 0.22;
 
@@ -76,7 +82,7 @@ struct Light<'a> {
     background: [f32; 3],
     crease_strength: f32,
     /// Offsets in samples, for each reach.
-    offsets: [[[f32; 2]; CREASE_SAMPLES]; 2],
+    offsets: [[[i32; 2]; CREASE_SAMPLES]; 2],
     reaches: [f32; 2],
     nearest: f32,
     haze_per_depth: f32,
@@ -102,29 +108,45 @@ impl<'a> Light<'a> {
         }
     }
 
-    /// Mean light of a pixel's samples.
+    /// Mean light of a pixel's samples. How open the surface is, is asked once a pixel, where it
+    /// is nearest.
     fn pixel(&self, x: usize, y: usize) -> [f32; 3] {
-        let samples = self.surface.samples;
+        let places = self.places(x, y);
+        let nearest = places.clone().fold(None, |nearest: Option<usize>, place| {
+            let depth = self.surface.depth[place];
+            match nearest {
+                Some(other) if self.surface.depth[other] <= depth => nearest,
+                _ => depth.is_finite().then_some(place).or(nearest),
+            }
+        });
+        let Some(nearest) = nearest else {
+            return self.background;
+        };
+        let open = self.openness(nearest);
         let mut sum = [0.0; 3];
-        for row in y * samples..(y + 1) * samples {
-            for column in x * samples..(x + 1) * samples {
-                let light = self.sample(column, row);
-                for channel in 0..3 {
-                    sum[channel] += light[channel];
-                }
+        for place in places {
+            let light = self.sample(place, open);
+            for channel in 0..3 {
+                sum[channel] += light[channel];
             }
         }
+        let samples = self.surface.samples;
         sum.map(|channel| channel / (samples * samples) as f32)
     }
 
-    fn sample(&self, column: usize, row: usize) -> [f32; 3] {
-        let place = row * self.surface.width + column;
+    /// The samples of a pixel.
+    fn places(&self, x: usize, y: usize) -> impl Iterator<Item = usize> + Clone {
+        let (samples, width) = (self.surface.samples, self.surface.width);
+        (y * samples..(y + 1) * samples)
+            .flat_map(move |row| (x * samples..(x + 1) * samples).map(move |c| row * width + c))
+    }
+
+    fn sample(&self, place: usize, open: f32) -> [f32; 3] {
         let depth = self.surface.depth[place];
         if depth == f32::INFINITY {
             return self.background;
         }
         let surfel = &self.surface.surfels[place];
-        let open = self.openness(column, row, depth, surfel.normal);
         let (diffuse, gloss) = reflect(surfel.normal);
         let haze = (depth - self.nearest) * self.haze_per_depth;
         self.lit(surfel, diffuse * open, gloss * open, haze)
@@ -139,42 +161,41 @@ impl<'a> Light<'a> {
     }
 
     /// The share of ambient light that reaches a sample.
-    fn openness(&self, column: usize, row: usize, depth: f32, normal: [f32; 3]) -> f32 {
+    fn openness(&self, place: usize) -> f32 {
         let mut blocked = 0.0;
-        for (offsets, reach) in self.offsets.iter().zip(self.reaches) {
-            for offset in offsets {
-                blocked += self.blocked(column, row, depth, normal, *offset, reach);
+        for ring in 0..2 {
+            for offset in self.offsets[ring] {
+                let share = self.blocked(place, offset, self.reaches[ring]);
+                blocked += CREASE_WEIGHTS[ring] * share;
             }
         }
         let share = blocked / (2 * CREASE_SAMPLES) as f32;
-        (-2.4 * self.crease_strength * share).exp()
+        (-DARKENING * self.crease_strength * share).exp()
     }
 
-    /// How much the surface at an offset rises over the tangent plane, less for farther away.
-    fn blocked(
-        &self,
-        column: usize,
-        row: usize,
-        depth: f32,
-        normal: [f32; 3],
-        offset: [f32; 2],
-        reach: f32,
-    ) -> f32 {
-        let x = (column as f32 + 0.5 + offset[0]).floor();
-        let y = (row as f32 + 0.5 + offset[1]).floor();
-        if x < 0.0 || y < 0.0 || x >= self.surface.width as f32 || y >= self.surface.height as f32 {
+    /// How much the surface at an offset rises over the tangent plane at `place`, less for
+    /// farther away.
+    fn blocked(&self, place: usize, [dx, dy]: [i32; 2], reach: f32) -> f32 {
+        let surface = self.surface;
+        let (column, row) = (place % surface.width, place / surface.width);
+        let other_column = column.checked_add_signed(dx as isize);
+        let other_row = row.checked_add_signed(dy as isize);
+        let (Some(x), Some(y)) = (other_column, other_row) else {
+            return 0.0;
+        };
+        if x >= surface.width || y >= surface.height {
             return 0.0;
         }
-        let (x, y) = (x as usize, y as usize);
-        let rise = depth - self.surface.depth[y * self.surface.width + x];
+        let rise = surface.depth[place] - surface.depth[y * surface.width + x];
         if rise == f32::NEG_INFINITY {
             return 0.0;
         }
-        let [dx, dy] = [x as f32 - column as f32, y as f32 - row as f32];
+        let (dx, dy) = (dx as f32, dy as f32);
         let square = dx * dx + dy * dy + rise * rise;
         if square <= 0.0 {
             return 0.0;
         }
+        let normal = surface.surfels[place].normal;
         let over = (normal[0] * dx + normal[1] * dy + normal[2] * rise) / square.sqrt();
         let near = 1.0 / (1.0 + square / (4.0 * reach * reach));
         (over - CREASE_BIAS).max(0.0) * near
@@ -182,10 +203,14 @@ impl<'a> Light<'a> {
 }
 
 /// Diffuse and glossy light that a surface sends to the viewer.
+///
+/// Normals have no sign of their own, so the side of a disc seen edge on is a guess: there both
+/// sides are averaged, and no seam shows where the discs of the far side peep out at an outline.
 fn reflect(normal: [f32; 3]) -> (f32, f32) {
     let [lx, ly, lz] = KEY_LIGHT;
     let toward_key = normal[0] * lx + normal[1] * ly + normal[2] * lz;
-    let wrapped = ((toward_key + 0.3) / 1.3).max(0.0);
+    let sure = (normal[2] / SURE_SIDE).min(1.0);
+    let wrapped = 0.25 * (1.0 + toward_key * (2.0 * sure + toward_key));
     let half = ((1.0 + lz) * 2.0).sqrt();
     let toward_half = (normal[0] * lx + normal[1] * ly + normal[2] * (lz + 1.0)) / half;
     let diffuse = AMBIENT + HEAD_STRENGTH * normal[2] + KEY_STRENGTH * wrapped;
@@ -194,11 +219,11 @@ fn reflect(normal: [f32; 3]) -> (f32, f32) {
 
 /// Offsets spread round a point; the rings are turned against each other and their distances
 /// alternate, so that no direction shows.
-fn ring_offsets(reach: f32, ring: usize) -> [[f32; 2]; CREASE_SAMPLES] {
+fn ring_offsets(reach: f32, ring: usize) -> [[i32; 2]; CREASE_SAMPLES] {
     std::array::from_fn(|sample| {
         let turn = sample as f32 + 0.5 * ring as f32;
         let angle = std::f32::consts::TAU * turn / CREASE_SAMPLES as f32;
         let distance = reach * if sample % 2 == 0 { 1.0 } else { 0.55 };
-        [distance * angle.cos(), distance * angle.sin()]
+        [distance * angle.cos(), distance * angle.sin()].map(|offset| offset.round() as i32)
     })
 }

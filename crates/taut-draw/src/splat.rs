@@ -7,13 +7,22 @@ use crate::scene::Scene;
 
 /// Rows that one task draws.
 const BAND: usize = 32;
-/// Discs seen at a sharper angle than this (cosine) are drawn as if seen at it, so that they do
-/// not vanish at the rim of a surface.
-const SHARPEST: f32 = 0.2;
+/// The half width of discs seen edge on, in samples: they do not vanish.
+const EDGE_ON: f32 = 1.0;
 /// No disc is smaller than this, in samples: every point leaves a trace.
 const SMALLEST_RADIUS: f32 = 0.75;
 /// Discs this share of their radius behind the front still belong to the same surface.
 const SAME_SURFACE: f32 = 1.0;
+/// The share of a disc's radius that covers what lies behind it; the rest only smooths. So the
+/// rim of a sheet is less of a scallop.
+const COVERING: f32 = 0.85;
+/// Discs whose normal is this far from the line of sight (cosine) are steep.
+const STEEP: f32 = 0.5;
+/// How far behind the front, in their radii, steep discs are taken for its far side.
+const FAR_SIDE: std::ops::Range<f32> = 0.6..4.0;
+
+/// The weight of a disc at the end of its covering part.
+const RIM: f32 = (1.0 - COVERING * COVERING) * (1.0 - COVERING * COVERING);
 
 /// What lies behind a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,23 +64,13 @@ pub(crate) fn splat(scene: &Scene, camera: &Camera, samples: usize) -> Surface {
         .into_par_iter()
         .filter_map(|index| project(scene, camera, samples, index))
         .collect();
-    let bands = assign_to_bands(&splats, height);
-    let nothing = Surfel {
-        normal: [0.0, 0.0, 1.0],
-        colour: [0; 3],
-        radius: 0.0,
-    };
-    let mut depth = vec![f32::INFINITY; width * height];
-    let mut surfels = vec![nothing; width * height];
-    depth
-        .par_chunks_mut(width * BAND)
-        .zip(surfels.par_chunks_mut(width * BAND))
-        .zip(bands)
-        .enumerate()
-        .for_each(|(band, ((depth, surfels), members))| {
-            let members = members.iter().map(|&index| &splats[index as usize]);
-            Band::new(band * BAND, width, depth).draw(members, surfels);
-        });
+    let fronts = Fronts::new(&splats, width, height);
+    let splats: Vec<Splat> = splats
+        .into_par_iter()
+        .filter(|splat| !fronts.far_side_peeps_out(splat))
+        .collect();
+    let Fronts { mut depth, .. } = Fronts::new(&splats, width, height);
+    let surfels = blend(&splats, width, &mut depth);
     Surface {
         samples,
         width,
@@ -79,6 +78,88 @@ pub(crate) fn splat(scene: &Scene, camera: &Camera, samples: usize) -> Surface {
         depth,
         surfels,
     }
+}
+
+/// The front of the discs: the first pass.
+struct Fronts {
+    width: usize,
+    height: usize,
+    depth: Vec<f32>,
+}
+
+impl Fronts {
+    fn new(splats: &[Splat], width: usize, height: usize) -> Self {
+        let mut depth = vec![f32::INFINITY; width * height];
+        depth
+            .par_chunks_mut(width * BAND)
+            .zip(assign_to_bands(splats, height))
+            .enumerate()
+            .for_each(|(band, (depth, members))| {
+                for &index in &members {
+                    let hit = |place: usize, at: f32, weight: f32| {
+                        if weight > RIM {
+                            depth[place] = depth[place].min(at);
+                        }
+                    };
+                    splats[index as usize].for_band(band, width, height, hit);
+                }
+            });
+        Self {
+            width,
+            height,
+            depth,
+        }
+    }
+
+    /// Whether a steep disc lies with its middle behind a surface, but not far: then it belongs
+    /// to the far side of what it lies behind, and only blurs its outline.
+    fn far_side_peeps_out(&self, splat: &Splat) -> bool {
+        let [column, row] = splat.centre.map(f32::floor);
+        let inside =
+            column >= 0.0 && row >= 0.0 && column < self.width as f32 && row < self.height as f32;
+        if splat.normal[2] > STEEP || !inside {
+            return false;
+        }
+        let rise = splat.rise(column + 0.5 - splat.centre[0], row + 0.5 - splat.centre[1]);
+        let front = self.depth[row as usize * self.width + column as usize];
+        let behind = (splat.depth + rise - front) / splat.radius;
+        FAR_SIDE.contains(&behind)
+    }
+}
+
+/// The second pass: averages the discs that lie on the front. Turns the front's depth into the
+/// averaged one.
+fn blend(splats: &[Splat], width: usize, depth: &mut [f32]) -> Vec<Surfel> {
+    let height = depth.len() / width;
+    let nothing = Surfel {
+        normal: [0.0, 0.0, 1.0],
+        colour: [0; 3],
+        radius: 0.0,
+    };
+    let mut surfels = vec![nothing; depth.len()];
+    depth
+        .par_chunks_mut(width * BAND)
+        .zip(surfels.par_chunks_mut(width * BAND))
+        .zip(assign_to_bands(splats, height))
+        .enumerate()
+        .for_each(|(band, ((depth, surfels), members))| {
+            let mut blends = vec![Blend::default(); depth.len()];
+            for &index in &members {
+                let splat = &splats[index as usize];
+                let tolerance = SAME_SURFACE * splat.radius;
+                splat.for_band(band, width, height, |place, at, weight| {
+                    if depth[place] < f32::INFINITY && at <= depth[place] + tolerance {
+                        blends[place].add(splat, at, weight);
+                    }
+                });
+            }
+            for (place, blend) in blends.iter().enumerate() {
+                if blend.weight > 0.0 {
+                    (depth[place], surfels[place]) = blend.finish();
+                }
+            }
+        });
+    surfels
 }
 
 fn project(scene: &Scene, camera: &Camera, samples: usize, index: usize) -> Option<Splat> {
@@ -124,7 +205,7 @@ impl Splat {
     /// First and last sample along an axis (0: columns, 1: rows) that the disc may touch.
     fn span(&self, axis: usize, size: usize) -> Option<(usize, usize)> {
         let tilt = self.normal[axis];
-        let reach = self.radius * (1.0 - tilt * tilt).max(SHARPEST * SHARPEST).sqrt();
+        let reach = (self.radius * (1.0 - tilt * tilt).max(0.0).sqrt()).max(EDGE_ON);
         let first = (self.centre[axis] - reach - 0.5).ceil().max(0.0);
         let last = (self.centre[axis] + reach - 0.5)
             .floor()
@@ -132,22 +213,36 @@ impl Splat {
         (first <= last).then_some((first as usize, last as usize))
     }
 
-    /// Calls `hit(column, depth, weight)` for the samples of a row inside the disc; the weight
-    /// falls from 1 at the centre to 0 at the rim.
-    fn for_row(&self, row: usize, width: usize, mut hit: impl FnMut(usize, f32, f32)) {
-        let Some((first, last)) = self.span(0, width) else {
+    /// How much deeper the disc is at an offset from its middle.
+    fn rise(&self, dx: f32, dy: f32) -> f32 {
+        let [nx, ny, nz] = self.normal;
+        (nx * dx + ny * dy) / nz.max((EDGE_ON / self.radius).min(1.0))
+    }
+
+    /// Calls `hit(place, depth, weight)` for the samples of a band inside the disc; places count
+    /// from the band's first sample, and the weight falls from 1 at the middle to 0 at the rim.
+    fn for_band(
+        &self,
+        band: usize,
+        width: usize,
+        height: usize,
+        mut hit: impl FnMut(usize, f32, f32),
+    ) {
+        let (Some(columns), Some(rows)) = (self.span(0, width), self.span(1, height)) else {
             return;
         };
-        let [nx, ny, nz] = self.normal;
-        let steepness = 1.0 / nz.max(SHARPEST);
+        let (top, bottom) = (band * BAND, (band + 1) * BAND - 1);
         let per_square = 1.0 / (self.radius * self.radius);
-        let dy = row as f32 + 0.5 - self.centre[1];
-        for column in first..=last {
-            let dx = column as f32 + 0.5 - self.centre[0];
-            let rise = (nx * dx + ny * dy) * steepness;
-            let share = (dx * dx + dy * dy + rise * rise) * per_square;
-            if share < 1.0 {
-                hit(column, self.depth + rise, (1.0 - share) * (1.0 - share));
+        for row in rows.0.max(top)..=rows.1.min(bottom) {
+            let dy = row as f32 + 0.5 - self.centre[1];
+            for column in columns.0..=columns.1 {
+                let dx = column as f32 + 0.5 - self.centre[0];
+                let rise = self.rise(dx, dy);
+                let share = (dx * dx + dy * dy + rise * rise) * per_square;
+                if share < 1.0 {
+                    let weight = (1.0 - share) * (1.0 - share);
+                    hit((row - top) * width + column, self.depth + rise, weight);
+                }
             }
         }
     }
@@ -184,63 +279,5 @@ impl Blend {
             radius: self.radius * share,
         };
         (self.depth * share, surfel)
-    }
-}
-
-/// A band of rows, drawn by one task.
-struct Band<'a> {
-    first_row: usize,
-    rows: usize,
-    width: usize,
-    /// First the front of the surface, at last its blended depth.
-    depth: &'a mut [f32],
-}
-
-impl<'a> Band<'a> {
-    fn new(first_row: usize, width: usize, depth: &'a mut [f32]) -> Self {
-        Self {
-            first_row,
-            rows: depth.len() / width,
-            width,
-            depth,
-        }
-    }
-
-    fn draw<'s>(
-        &mut self,
-        splats: impl Iterator<Item = &'s Splat> + Clone,
-        surfels: &mut [Surfel],
-    ) {
-        for splat in splats.clone() {
-            self.for_samples(splat, |front, _, depth, _| *front = front.min(depth));
-        }
-        let mut blends = vec![Blend::default(); self.depth.len()];
-        for splat in splats {
-            let tolerance = SAME_SURFACE * splat.radius;
-            self.for_samples(splat, |front, place, depth, weight| {
-                if depth <= *front + tolerance {
-                    blends[place].add(splat, depth, weight);
-                }
-            });
-        }
-        for (place, blend) in blends.iter().enumerate() {
-            if blend.weight > 0.0 {
-                (self.depth[place], surfels[place]) = blend.finish();
-            }
-        }
-    }
-
-    /// Calls `hit(front, place, depth, weight)` for the samples of this band inside the disc.
-    fn for_samples(&mut self, splat: &Splat, mut hit: impl FnMut(&mut f32, usize, f32, f32)) {
-        let Some((first, last)) = splat.span(1, self.first_row + self.rows) else {
-            return;
-        };
-        for row in first.max(self.first_row)..=last {
-            let start = (row - self.first_row) * self.width;
-            splat.for_row(row, self.width, |column, depth, weight| {
-                let place = start + column;
-                hit(&mut self.depth[place], place, depth, weight);
-            });
-        }
     }
 }

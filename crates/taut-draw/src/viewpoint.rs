@@ -1,5 +1,6 @@
 //! The direction from which a scene is best seen.
 
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 
 use crate::camera::View;
@@ -15,14 +16,24 @@ const POINTS: usize = 60_000;
 /// Places looked at along all paths together.
 const STEPS: usize = 600;
 /// The elevation over the horizon (its sine) that pictures are usually taken from.
-const USUAL_ELEVATION: f64 = 0.35;
+const USUAL_ELEVATION: f64 = 0.45;
+/// How much of the score is lost for each squared unit of distance from it.
+const ELEVATION_WEIGHT: f64 = 0.7;
+/// What a hidden piece of a path counts against a visible one.
+const HIDDEN_WORTH: f64 = 0.3;
+/// Clouds thinner than this share of their length are flat, and seen face on.
+const FLAT: f64 = 1e-3;
 
 /// The best of several dozen directions, from the scene to the viewer.
 pub(crate) fn best_direction(scene: &Scene, up: [f64; 3]) -> Result<[f64; 3], DrawError> {
     let across = View::new([0.6, -1.0, 0.4], up)?.right;
     let upright = View::new(across, up)?;
-    let steps = path_steps(scene);
     let sample = Sample::new(scene);
+    if let Some(normal) = sample.flat_normal() {
+        let side = -dot(normal, upright.down) - 0.5 * dot(normal, upright.toward);
+        return Ok(normal.map(|c| c * 1.0_f64.copysign(side)));
+    }
+    let steps = path_steps(scene);
     let scores = (0..DIRECTIONS)
         .into_par_iter()
         .map(|number| {
@@ -69,6 +80,29 @@ impl Sample {
             growth: (stride as f64).sqrt(),
         }
     }
+
+    /// The normal of the plane that all points lie in, if there is one.
+    fn flat_normal(&self) -> Option<[f64; 3]> {
+        let count = self.points.len() as f64;
+        let origin = self.points[0].0;
+        let offsets = || {
+            self.points
+                .iter()
+                .map(|point| Vector3::from(subtract(point.0, origin)))
+        };
+        let mean = offsets().sum::<Vector3<f64>>() / count;
+        let scale = offsets().fold(0.0, |largest, offset| offset.amax().max(largest));
+        let covariance = offsets().fold(Matrix3::zeros(), |sum, offset| {
+            let relative = (offset - mean) / scale;
+            sum + relative * relative.transpose()
+        });
+        let eigen = SymmetricEigen::try_new(covariance, f64::EPSILON, 64)?;
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        let [thin, middle, long] = order.map(|axis| eigen.eigenvalues[axis].max(0.0).sqrt());
+        (thin < FLAT * long && middle > FLAT * long)
+            .then(|| eigen.eigenvectors.column(order[0]).into_owned().into())
+    }
 }
 
 /// A short piece of a path: its middle and its vector.
@@ -107,7 +141,7 @@ fn score(sample: &Sample, steps: &[Step], view: &View, upright: &View) -> f64 {
         relief.shown_share(steps, view)
     };
     let elevation = -dot(view.toward, upright.down);
-    shown * (1.0 - 0.3 * (elevation - USUAL_ELEVATION).powi(2))
+    shown * (1.0 - ELEVATION_WEIGHT * (elevation - USUAL_ELEVATION).powi(2))
 }
 
 /// A coarse picture of how near the cloud comes to the viewer.
@@ -188,9 +222,8 @@ impl Relief {
             let row = *self.cell_range(y, 0.0, 1).start();
             let column = *self.cell_range(x, 0.0, 0).start();
             total += dx.hypot(dy).hypot(dz);
-            if toward + self.tolerance >= self.front[row * self.columns + column] {
-                shown += dx.hypot(dy);
-            }
+            let visible = toward + self.tolerance >= self.front[row * self.columns + column];
+            shown += dx.hypot(dy) * if visible { 1.0 } else { HIDDEN_WORTH };
         }
         shown / total
     }

@@ -250,8 +250,8 @@ fn arc_tangent(graph: &mut Graph, a: Id) -> Derivatives {
     let one = graph.constant(1.0);
     let denominator = graph.dot((a, a), (one, one));
     let first = graph.reciprocal(denominator);
-    let square = graph.multiply(first, first);
-    let half = graph.multiply(a, square);
+    let half = graph.multiply(a, first);
+    let half = graph.multiply(half, first);
     Derivatives {
         value: graph.unary(Operation::ArcTangent, a),
         first,

@@ -137,10 +137,7 @@ impl Formula {
         if let Some(dimension) = dimension.filter(|d| !(2..=MAXIMUM_DIMENSION).contains(d)) {
             return Err(FormulaError::new(ErrorKind::Dimension(dimension)));
         }
-        let mut system = System {
-            dimension,
-            ..System::default()
-        };
+        let mut system = System::new(dimension);
         let mut jets = Vec::new();
         for (equation, text) in equations.iter().enumerate() {
             jets.push(system.read(equation, text)?);

@@ -17,11 +17,11 @@ const SIGN: u8 = 3;
 const POWER: u8 = 4;
 
 /// What the equations of one system share.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct System {
     pub(crate) graph: Graph,
     /// The dimension asked for.
-    pub(crate) dimension: Option<usize>,
+    dimension: Option<usize>,
     /// The naming and the first variable met.
     naming: Option<(Naming, String)>,
     /// 1 + the largest index met.
@@ -29,6 +29,15 @@ pub(crate) struct System {
 }
 
 impl System {
+    pub(crate) fn new(dimension: Option<usize>) -> Self {
+        Self {
+            graph: Graph::default(),
+            dimension,
+            naming: None,
+            indices: 0,
+        }
+    }
+
     /// The dimension asked for, or the one that the variables imply.
     pub(crate) fn resolved_dimension(&self) -> usize {
         match (self.dimension, &self.naming) {
@@ -43,8 +52,7 @@ impl System {
         let place = |(kind, span)| FormulaError::at(kind, equation, source, span);
         if source.len() > MAXIMUM_LENGTH {
             let kind = ErrorKind::TooLong(source.len());
-            let end = source.ceil_char_boundary(MAXIMUM_LENGTH);
-            return Err(place((kind, end..source.len())));
+            return Err(place((kind, 0..source.len())));
         }
         let next = token(source, 0).map_err(place)?;
         if next.kind == TokenKind::End {

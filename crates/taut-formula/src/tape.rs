@@ -13,82 +13,132 @@ use crate::operation::Operation;
 pub(crate) struct Tape {
     dimension: usize,
     constants: Vec<f64>,
-    instructions: Vec<Instruction>,
+    code: Code,
 }
 
 /// A slot of a tape.
 pub(crate) type Slot = u32;
 
-#[derive(Debug, Clone, Copy)]
-struct Instruction {
-    operation: Operation,
-    operands: [Slot; 3],
+/// Instructions with slots of the narrowest type that can name them all.
+#[derive(Debug, Clone)]
+enum Code {
+    Short(Vec<Instruction<u8>>),
+    Long(Vec<Instruction<Slot>>),
 }
 
+#[derive(Debug, Clone, Copy)]
+struct Instruction<S> {
+    operation: Operation,
+    operands: [S; 3],
+}
+
+/// The slots that short code can name: all, so that no access needs a check.
+const SHORT: usize = 1 << u8::BITS;
+
 thread_local! {
-    /// The slots of the tape that the thread is evaluating.
-    static SLOTS: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+    /// The slots of the short tape that the thread is evaluating.
+    static SHORT_SLOTS: RefCell<[f64; SHORT]> = const { RefCell::new([0.0; SHORT]) };
+    /// The slots of the long tape that the thread is evaluating.
+    static LONG_SLOTS: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
 }
 
 impl Tape {
     /// Code for the nodes `roots`, with their slots; what they do not need is left out.
     pub(crate) fn new(graph: &Graph, dimension: usize, roots: &[Id]) -> (Self, Vec<Slot>) {
         let nodes = fused(graph.nodes(), roots);
-        let mut tape = Self {
-            dimension,
-            constants: Vec::new(),
-            instructions: Vec::new(),
-        };
-        let mut slots = vec![Slot::MAX; nodes.len()];
-        let number = |count: usize| count as Slot;
+        let mut slots = vec![0; nodes.len()];
+        let mut constants = Vec::new();
         for (slot, node) in slots.iter_mut().zip(&nodes) {
             match *node {
                 Some(Node::Variable(index)) => *slot = Slot::from(index),
                 Some(Node::Constant(bits)) => {
-                    *slot = number(dimension + tape.constants.len());
-                    tape.constants.push(f64::from_bits(bits));
+                    *slot = (dimension + constants.len()) as Slot;
+                    constants.push(f64::from_bits(bits));
                 }
                 _ => {}
             }
         }
-        let first = dimension + tape.constants.len();
+        let first = dimension + constants.len();
+        let mut instructions = Vec::new();
         for (index, node) in nodes.iter().enumerate() {
             if let Some(Node::Apply(operation, operands)) = *node {
-                slots[index] = number(first + tape.instructions.len());
+                slots[index] = (first + instructions.len()) as Slot;
                 let operands = operands.map(|operand| slots[operand.0 as usize]);
-                tape.instructions.push(Instruction {
+                instructions.push(Instruction {
                     operation,
                     operands,
                 });
             }
         }
         let roots = roots.iter().map(|root| slots[root.0 as usize]).collect();
+        let code = match first + instructions.len() <= SHORT {
+            true => Code::Short(instructions.iter().map(Instruction::shortened).collect()),
+            false => Code::Long(instructions),
+        };
+        let tape = Self {
+            dimension,
+            constants,
+            code,
+        };
         (tape, roots)
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.instructions.len()
+        match &self.code {
+            Code::Short(instructions) => instructions.len(),
+            Code::Long(instructions) => instructions.len(),
+        }
     }
 
     /// Runs the tape at `point` and hands the slots to `take`.
     ///
     /// # Panics
     /// If `point` has another dimension than the tape.
+    #[inline]
     pub(crate) fn evaluate(&self, point: &[f64], take: impl FnOnce(&[f64])) {
-        SLOTS.with_borrow_mut(|slots| {
-            let first = self.dimension + self.constants.len();
-            let count = first + self.instructions.len();
-            if slots.len() < count {
-                slots.resize(count, 0.0);
-            }
-            slots[..self.dimension].copy_from_slice(point);
-            slots[self.dimension..first].copy_from_slice(&self.constants);
-            for (instruction, result) in self.instructions.iter().zip(first..) {
-                let [a, b, c] = instruction.operands.map(|slot| slots[slot as usize]);
-                slots[result] = instruction.operation.apply(a, b, c);
-            }
-            take(slots);
-        });
+        assert_eq!(point.len(), self.dimension, "dimension of the point");
+        match &self.code {
+            Code::Short(instructions) => SHORT_SLOTS.with_borrow_mut(|slots| {
+                self.run_short(point, instructions, slots);
+                take(slots);
+            }),
+            Code::Long(instructions) => LONG_SLOTS.with_borrow_mut(|slots| {
+                let first = self.dimension + self.constants.len();
+                let count = first + instructions.len();
+                if slots.len() < count {
+                    slots.resize(count, 0.0);
+                }
+                slots[..self.dimension].copy_from_slice(point);
+                slots[self.dimension..first].copy_from_slice(&self.constants);
+                for (instruction, result) in instructions.iter().zip(first..) {
+                    let [a, b, c] = instruction.operands.map(|slot| slots[slot as usize]);
+                    slots[result] = instruction.operation.apply(a, b, c);
+                }
+                take(slots);
+            }),
+        }
+    }
+
+    fn run_short(&self, point: &[f64], code: &[Instruction<u8>], slots: &mut [f64; SHORT]) {
+        let mut next = 0_u8;
+        for value in point.iter().chain(&self.constants) {
+            slots[next as usize] = *value;
+            next = next.wrapping_add(1);
+        }
+        for instruction in code {
+            let [a, b, c] = instruction.operands.map(|slot| slots[slot as usize]);
+            slots[next as usize] = instruction.operation.apply(a, b, c);
+            next = next.wrapping_add(1);
+        }
+    }
+}
+
+impl Instruction<Slot> {
+    fn shortened(&self) -> Instruction<u8> {
+        Instruction {
+            operation: self.operation,
+            operands: self.operands.map(|slot| slot as u8),
+        }
     }
 }
 

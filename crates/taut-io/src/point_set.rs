@@ -29,7 +29,10 @@ pub struct PointSet {
 impl PointSet {
     /// Number of points.
     pub fn rows(&self) -> usize {
-        self.coordinates.len().checked_div(self.dimension).unwrap_or(0)
+        self.coordinates
+            .len()
+            .checked_div(self.dimension)
+            .unwrap_or(0)
     }
 
     pub(crate) fn three_dimensional(coordinates: Vec<f64>, normals: Option<Vec<f64>>) -> Self {

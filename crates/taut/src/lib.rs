@@ -1,7 +1,12 @@
 //! Geodesics on point clouds and implicit surfaces, pulled taut to a tolerance.
 
+pub mod cloud;
 pub mod correction;
+pub mod error;
+pub mod geodesics;
+pub mod guess;
 pub mod result;
+mod spatial;
 pub mod surface;
 
 /// A point or vector of R^D.

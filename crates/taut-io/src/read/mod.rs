@@ -32,10 +32,13 @@ use crate::point_set::{PointSet, ReadOptions};
 /// # Complexity
 /// Linear in the file's length. LAS, LAZ and E57 are read through a small buffer, the others from one copy of the file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<PointSet, ReadError> {
-    let format = options.format.or_else(|| Format::from_path(path)).ok_or_else(|| ReadError::UnknownFormat {
-        file: path.to_path_buf(),
-        found: extension_in_words(path),
-    })?;
+    let format = options
+        .format
+        .or_else(|| Format::from_path(path))
+        .ok_or_else(|| ReadError::UnknownFormat {
+            file: path.to_path_buf(),
+            found: extension_in_words(path),
+        })?;
     if !options.classes.is_empty() && format != Format::Las {
         return Err(ReadError::ClassesWithoutLas {
             file: path.to_path_buf(),

@@ -80,13 +80,24 @@ impl<'a> Raw<'a> {
                 (u32::from_le_bytes(*length) as usize, rest)
             }
             other => {
-                return Err(Fault::byte(6, format!("version {other}"), "version 1, 2 or 3", SAVE_REMEDY));
+                return Err(Fault::byte(
+                    6,
+                    format!("version {other}"),
+                    "version 1, 2 or 3",
+                    SAVE_REMEDY,
+                ));
             }
         };
         let dictionary_offset = (bytes.len() - rest.len()) as u64;
         let (dictionary, body) = rest.split_at_checked(length).ok_or_else(truncated)?;
-        let dictionary = std::str::from_utf8(dictionary)
-            .map_err(|_| Fault::byte(dictionary_offset, "bytes that are not text", "a header in UTF-8", SAVE_REMEDY))?;
+        let dictionary = std::str::from_utf8(dictionary).map_err(|_| {
+            Fault::byte(
+                dictionary_offset,
+                "bytes that are not text",
+                "a header in UTF-8",
+                SAVE_REMEDY,
+            )
+        })?;
         Ok(Self {
             dictionary,
             dictionary_offset,
@@ -102,8 +113,13 @@ impl<'a> Raw<'a> {
             .iter()
             .find_map(|quotation| self.dictionary.split_once(quotation.as_str()));
         match behind_key {
-            Some((_, rest)) if rest.trim_start().starts_with(':') => Ok(rest.trim_start()[1..].trim_start()),
-            _ => Err(self.wrong(quoted(self.dictionary), format!("a dictionary with the key {key:?}"))),
+            Some((_, rest)) if rest.trim_start().starts_with(':') => {
+                Ok(rest.trim_start()[1..].trim_start())
+            }
+            _ => Err(self.wrong(
+                quoted(self.dictionary),
+                format!("a dictionary with the key {key:?}"),
+            )),
         }
     }
 
@@ -118,7 +134,10 @@ impl Layout {
         let element = Element::of(descr).ok_or_else(|| {
             let found = descr.split(',').next().unwrap_or(descr);
             raw.wrong(
-                format!("the element type {}", quoted(found.trim_matches(['\'', '"']))),
+                format!(
+                    "the element type {}",
+                    quoted(found.trim_matches(['\'', '"']))
+                ),
                 "f4 or f8",
             )
         })?;
@@ -145,7 +164,11 @@ impl Layout {
         let row = self.dimension.saturating_mul(self.element.size());
         Err(Fault::byte(
             raw.body_offset,
-            format!("{} bytes, that is {} rows", raw.body.len(), raw.body.len() / row),
+            format!(
+                "{} bytes, that is {} rows",
+                raw.body.len(),
+                raw.body.len() / row
+            ),
             format!("the declared {} rows of {row} bytes", self.rows),
             "the file is cut off or its shape is wrong: save it again",
         ))
@@ -154,7 +177,10 @@ impl Layout {
 
 fn shape(raw: &Raw<'_>) -> Result<(usize, usize), Fault> {
     let text = raw.value_of("shape")?;
-    let inside = text.strip_prefix('(').and_then(|rest| rest.split_once(')')).map(|(inside, _)| inside);
+    let inside = text
+        .strip_prefix('(')
+        .and_then(|rest| rest.split_once(')'))
+        .map(|(inside, _)| inside);
     let sizes: Option<Vec<usize>> = inside.and_then(|inside| {
         inside
             .split(',')
@@ -196,8 +222,20 @@ impl Element {
     }
 
     fn decode(self, body: &[u8]) -> Vec<f64> {
-        let f4 = |read: fn([u8; 4]) -> f32| body.as_chunks().0.iter().map(|bytes| f64::from(read(*bytes))).collect();
-        let f8 = |read: fn([u8; 8]) -> f64| body.as_chunks().0.iter().map(|bytes| read(*bytes)).collect();
+        let f4 = |read: fn([u8; 4]) -> f32| {
+            body.as_chunks()
+                .0
+                .iter()
+                .map(|bytes| f64::from(read(*bytes)))
+                .collect()
+        };
+        let f8 = |read: fn([u8; 8]) -> f64| {
+            body.as_chunks()
+                .0
+                .iter()
+                .map(|bytes| read(*bytes))
+                .collect()
+        };
         match self {
             Self::F4Little => f4(f32::from_le_bytes),
             Self::F4Big => f4(f32::from_be_bytes),
@@ -227,19 +265,39 @@ mod tests {
     fn orders_and_types_agree() {
         let rows = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
         let columns = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
-        let little: Vec<u8> = rows.iter().flat_map(|value: &f64| value.to_le_bytes()).collect();
-        let big: Vec<u8> = columns.iter().flat_map(|value: &f32| value.to_be_bytes()).collect();
+        let little: Vec<u8> = rows
+            .iter()
+            .flat_map(|value: &f64| value.to_le_bytes())
+            .collect();
+        let big: Vec<u8> = columns
+            .iter()
+            .flat_map(|value: &f32| value.to_be_bytes())
+            .collect();
         let c_order = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }\n";
         let fortran = "{'descr': '>f4', 'fortran_order': True, 'shape': (2, 3), }\n";
-        for (version, header, body) in [(1, c_order, &little), (3, fortran, &big), (2, c_order, &little)] {
+        for (version, header, body) in [
+            (1, c_order, &little),
+            (3, fortran, &big),
+            (2, c_order, &little),
+        ] {
             let points = read(&file(version, header, body)).unwrap();
-            assert_eq!((points.dimension, points.coordinates.as_slice()), (3, rows.as_slice()));
+            assert_eq!(
+                (points.dimension, points.coordinates.as_slice()),
+                (3, rows.as_slice())
+            );
         }
     }
 
     #[test]
     fn other_shapes_are_refused() {
-        for shape in ["(6,)", "(6, 1)", "(1, 2, 3)", "6", "(-2, 3)", "(2305843009213693952, 8)"] {
+        for shape in [
+            "(6,)",
+            "(6, 1)",
+            "(1, 2, 3)",
+            "6",
+            "(-2, 3)",
+            "(2305843009213693952, 8)",
+        ] {
             let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
             assert!(read(&file(1, &header, &[0; 48])).is_err(), "{shape}");
         }

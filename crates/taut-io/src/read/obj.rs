@@ -15,7 +15,8 @@ struct Raw {
 
 pub(super) fn read(bytes: &[u8]) -> Result<PointSet, Fault> {
     let raw = Raw::parse(as_text(bytes)?)?;
-    let paired = !raw.normals.is_empty() && raw.normals.len() == raw.vertices.len() && !raw.normals_shuffled;
+    let paired =
+        !raw.normals.is_empty() && raw.normals.len() == raw.vertices.len() && !raw.normals_shuffled;
     let unpaired = if paired { 0 } else { raw.normals.len() / 3 };
     let mut points = PointSet::three_dimensional(raw.vertices, paired.then_some(raw.normals));
     points.note_ignored(raw.faces, "faces and lines");
@@ -31,12 +32,14 @@ impl Raw {
             match fields.next() {
                 Some("v") => {
                     for _ in 0..3 {
-                        raw.vertices.push(next_number(&mut fields, line, "3 coordinates after v")?);
+                        raw.vertices
+                            .push(next_number(&mut fields, line, "3 coordinates after v")?);
                     }
                 }
                 Some("vn") => {
                     for _ in 0..3 {
-                        raw.normals.push(next_number(&mut fields, line, "3 components after vn")?);
+                        raw.normals
+                            .push(next_number(&mut fields, line, "3 components after vn")?);
                     }
                 }
                 Some("f" | "l") => {

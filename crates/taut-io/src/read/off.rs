@@ -42,7 +42,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<PointSet, Fault> {
         if count < wanted || count != expected {
             return Err(Fault::line(
                 line,
-                format!("{count} numbers in vertex {index} (the first is 0) of the declared {}", header.vertices),
+                format!(
+                    "{count} numbers in vertex {index} (the first is 0) of the declared {}",
+                    header.vertices
+                ),
                 if expected < wanted {
                     format!("at least {wanted}")
                 } else {
@@ -52,7 +55,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<PointSet, Fault> {
             ));
         }
     }
-    let mut points = PointSet::three_dimensional(coordinates, header.has_normals.then_some(normals));
+    let mut points =
+        PointSet::three_dimensional(coordinates, header.has_normals.then_some(normals));
     points.note_ignored(header.faces, "faces");
     Ok(points)
 }
@@ -82,14 +86,17 @@ impl Header {
             }
         };
         let count = |index: usize| {
-            counts.get(index).and_then(|field| field.parse::<usize>().ok()).ok_or_else(|| {
-                Fault::line(
-                    line,
-                    quoted(&counts.join(" ")),
-                    "the numbers of vertices, faces and edges",
-                    "export the mesh again as text OFF",
-                )
-            })
+            counts
+                .get(index)
+                .and_then(|field| field.parse::<usize>().ok())
+                .ok_or_else(|| {
+                    Fault::line(
+                        line,
+                        quoted(&counts.join(" ")),
+                        "the numbers of vertices, faces and edges",
+                        "export the mesh again as text OFF",
+                    )
+                })
         };
         Ok(Self {
             has_normals,
@@ -105,7 +112,8 @@ mod tests {
 
     #[test]
     fn colours_are_ignored_and_normals_kept() {
-        let colours = read(b"# c\nCOFF\n# c\n2 0 0\n1 2 3 255 0 0 255\n\n4 5 6 0 0 0 255\n").unwrap();
+        let colours =
+            read(b"# c\nCOFF\n# c\n2 0 0\n1 2 3 255 0 0 255\n\n4 5 6 0 0 0 255\n").unwrap();
         assert_eq!(colours.coordinates, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let normals = read(b"NOFF 1 0 0\n1 2 3 0 0 1\n").unwrap();
         assert_eq!(normals.normals, Some(vec![0.0, 0.0, 1.0]));

@@ -32,11 +32,15 @@ fn declared_triangles(bytes: &[u8]) -> Option<usize> {
 }
 
 fn wrong_length(bytes: &[u8], declared: Option<usize>) -> Fault {
-    const REMEDY: &str = "the file is cut off or no STL: export it again, or name its format with --format NAME";
+    const REMEDY: &str =
+        "the file is cut off or no STL: export it again, or name its format with --format NAME";
     match declared {
         Some(count) => Fault::byte(
             HEADER as u64,
-            format!("{count} triangles declared, {} in the file", (bytes.len() - BODY) / TRIANGLE),
+            format!(
+                "{count} triangles declared, {} in the file",
+                (bytes.len() - BODY) / TRIANGLE
+            ),
             "as many as declared, or text that starts with \"solid\"",
             REMEDY,
         ),
@@ -132,11 +136,16 @@ mod tests {
         let mut bytes = vec![b' '; HEADER];
         bytes[..6].copy_from_slice(b"solid ");
         bytes.extend(1_u32.to_le_bytes());
-        for value in [0.0_f32, 0.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1.0, 2.0, 3.0] {
+        for value in [
+            0.0_f32, 0.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1.0, 2.0, 3.0,
+        ] {
             bytes.extend(value.to_le_bytes());
         }
         bytes.extend([0, 0]);
-        assert_eq!(read(bytes.clone()).unwrap().coordinates, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(
+            read(bytes.clone()).unwrap().coordinates,
+            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+        );
         bytes.truncate(100);
         bytes[..6].copy_from_slice(b"binary");
         assert!(read(bytes).is_err());

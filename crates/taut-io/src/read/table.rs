@@ -42,7 +42,9 @@ pub(super) fn read(bytes: &[u8], style: Style) -> Result<PointSet, Fault> {
     };
     let separator = Separator::of(first);
     let fields: Vec<&str> = separator.fields(first).collect();
-    let is_header = fields.first().is_some_and(|field| field.parse::<f64>().is_err());
+    let is_name =
+        |field: &&str| field.starts_with(char::is_alphabetic) && field.parse::<f64>().is_err();
+    let is_header = fields.iter().all(is_name);
     let layout = if is_header {
         lines.next();
         Layout::of_names(&fields)
@@ -105,7 +107,11 @@ fn read_rows<'a>(
 
 impl Layout {
     fn of_names(names: &[&str]) -> Self {
-        let find = |name: &str| names.iter().position(|found| found.eq_ignore_ascii_case(name));
+        let find = |name: &str| {
+            names
+                .iter()
+                .position(|found| found.eq_ignore_ascii_case(name))
+        };
         let numbered = |letter: &str| {
             (1..=names.len())
                 .map_while(|axis| find(&format!("{letter}{axis}")))

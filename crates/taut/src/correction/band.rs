@@ -71,7 +71,11 @@ impl Band {
         for row in 0..self.size {
             let count = row.min(self.half_width);
             let band = &self.entries[row * width + self.half_width - count..][..count];
-            let dot: f64 = band.iter().zip(&x[row - count..row]).map(|(a, b)| a * b).sum();
+            let dot: f64 = band
+                .iter()
+                .zip(&x[row - count..row])
+                .map(|(a, b)| a * b)
+                .sum();
             x[row] -= dot;
         }
         for row in 0..self.size {
@@ -101,7 +105,9 @@ mod tests {
         let mut state = 1u64;
         for row in 0..size {
             for column in row.saturating_sub(half_width)..=row {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                state = state
+                    .wrapping_mul(6364136223846793005)
+                    .wrapping_add(1442695040888963407);
                 let mut value = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
                 if row == column {
                     value += shift;

@@ -86,9 +86,7 @@ impl Element {
                 // The integral of P_n from -1 is (P_{n+1} - P_{n-1}) / (2 n + 1).
                 let integral = match n {
                     0 => x + 1.0,
-                    _ => {
-                        (legendre(n + 1, *x).0 - legendre(n - 1, *x).0) / (2 * n + 1) as f64
-                    }
+                    _ => (legendre(n + 1, *x).0 - legendre(n - 1, *x).0) / (2 * n + 1) as f64,
                 };
                 for j in 0..count {
                     integration[i * count + j] += integral * coefficients[n * count + j];
@@ -177,8 +175,15 @@ mod tests {
                 let sum: f64 = (0..=degree)
                     .map(|i| e.weights[i] * e.nodes[i].powi(power as i32))
                     .sum();
-                let truth = if power % 2 == 0 { 2.0 / (power + 1) as f64 } else { 0.0 };
-                assert!((sum - truth).abs() < 1e-13, "degree {degree} power {power}: {sum}");
+                let truth = if power % 2 == 0 {
+                    2.0 / (power + 1) as f64
+                } else {
+                    0.0
+                };
+                assert!(
+                    (sum - truth).abs() < 1e-13,
+                    "degree {degree} power {power}: {sum}"
+                );
             }
             for i in 0..=degree {
                 let slope: f64 = (0..=degree)
@@ -206,8 +211,9 @@ mod tests {
         let e = element(5);
         for n in 0..=5 {
             for i in 0..=5 {
-                let coefficient: f64 =
-                    (0..6).map(|j| e.legendre[i * 6 + j] * legendre(n, e.nodes[j]).0).sum();
+                let coefficient: f64 = (0..6)
+                    .map(|j| e.legendre[i * 6 + j] * legendre(n, e.nodes[j]).0)
+                    .sum();
                 assert!((coefficient - f64::from(u8::from(i == n))).abs() < 1e-13);
             }
         }

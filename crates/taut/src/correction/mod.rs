@@ -31,10 +31,24 @@ impl Default for Settings {
 }
 
 /// A path being pulled taut, between levels.
+#[derive(Clone)]
 pub(crate) struct Taut<const D: usize, P> {
     pub curve: Curve<D, P>,
     pub level: Level,
     pub steps: usize,
+}
+
+impl<const D: usize, P: Copy> Taut<D, P> {
+    pub fn length(&self) -> f64 {
+        self.level.measure.length
+    }
+
+    /// Two straightened paths of nearly the same length whose middles lie together are one.
+    pub fn runs_with(&self, other: &Self, relative: f64) -> bool {
+        let middle = |taut: &Self| taut.curve.nodes[taut.curve.nodes.len() / 2].point;
+        (self.length() - other.length()).abs() <= relative * self.length()
+            && (middle(self) - middle(other)).norm() <= 0.05 * self.length()
+    }
 }
 
 /// Turning per segment of the first polyline, radians: fine enough to stay on its sheet of the
@@ -103,7 +117,10 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let mut steps = start_steps;
     let mut escapes = 0;
     for _ in 0..MOST_LEVELS {
-        let Some(mut curve) = taut.curve.refit(surface, degree, &knots, &mut solver.scratch) else {
+        let Some(mut curve) = taut
+            .curve
+            .refit(surface, degree, &knots, &mut solver.scratch)
+        else {
             return finish(surface, taut, Status::OffSurface, f64::INFINITY, solver);
         };
         let newton_tolerance = (0.01 * settings.tolerance).max(1e-15);
@@ -196,7 +213,11 @@ fn finish<const D: usize, S: Surface<D>>(
     let mut path = Path {
         status,
         length,
-        length_error: if length > 0.0 { relative_error * length } else { 0.0 },
+        length_error: if length > 0.0 {
+            relative_error * length
+        } else {
+            0.0
+        },
         surface_error: 0.0,
         stable: taut.level.index == Some(0),
         max_geodesic_curvature: solver.largest_geodesic_curvature(surface, &taut.curve),
@@ -245,11 +266,28 @@ mod tests {
             for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
                 let coarse = straighten(&sphere, &guess, &mut solver).unwrap();
                 let cl = coarse.level;
-                let settings = Settings { tolerance, ..Settings::default() };
+                let settings = Settings {
+                    tolerance,
+                    ..Settings::default()
+                };
                 let path = tighten(&sphere, coarse, &settings, &mut solver);
                 let error = (path.length / angle - 1.0).abs();
-                println!("{angle} {tolerance:e} {:?} nodes {} err {error:e} est {:e} steps {} coarse {:?} kg {:e} off {:e} arc {}", path.status, path.points.len(), path.length_error / path.length, path.steps, cl, path.max_geodesic_curvature, path.max_off_surface, path.arc_length[path.arc_length.len()-1]-path.length);
-                assert!(path.converged() && error <= tolerance && path.length_error >= (path.length - angle).abs());
+                println!(
+                    "{angle} {tolerance:e} {:?} nodes {} err {error:e} est {:e} steps {} coarse {:?} kg {:e} off {:e} arc {}",
+                    path.status,
+                    path.points.len(),
+                    path.length_error / path.length,
+                    path.steps,
+                    cl,
+                    path.max_geodesic_curvature,
+                    path.max_off_surface,
+                    path.arc_length[path.arc_length.len() - 1] - path.length
+                );
+                assert!(
+                    path.converged()
+                        && error <= tolerance
+                        && path.length_error >= (path.length - angle).abs()
+                );
             }
         }
     }

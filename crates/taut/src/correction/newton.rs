@@ -143,6 +143,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         curve: &mut Curve<D, P>,
     ) -> Option<()> {
         let measure = curve.measure(&mut self.pull);
+        self.weigh(curve);
         let rim = self.assemble(surface, curve, measure)?;
         let mut shift = 4.0;
         while self.factor(shift) != Some(0) {
@@ -188,6 +189,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         curve: &Curve<D, P>,
     ) -> f64 {
         let measure = curve.measure(&mut self.pull);
+        self.weigh(curve);
         let squared_speed = 2.0 * measure.energy;
         let mut largest = 0.0_f64;
         for i in 1..curve.nodes.len().saturating_sub(1) {
@@ -223,12 +225,15 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         let interior = curve.nodes.len() - 2;
         let codimension = D - k;
         self.geometries
-            .resize_with(interior.max(self.geometries.len()), || Geometry::new(codimension));
+            .resize_with(interior.max(self.geometries.len()), || {
+                Geometry::new(codimension)
+            });
         self.tangents.resize(interior, [Vector::zeros(); D]);
         self.residual.clear();
         self.residual.resize(interior * k, 0.0);
         self.step.resize(interior * k, 0.0);
-        self.base.reset(interior * k, (curve.degree + 1).min(interior) * k - 1);
+        self.base
+            .reset(interior * k, (curve.degree + 1).min(interior) * k - 1);
         let mut rim_energy = 0.0;
         for i in 0..interior {
             let node = &curve.nodes[i + 1];
@@ -254,7 +259,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                 for b in 0..=a {
                     let mut entry = bent.dot(&tangents[b]);
                     if let Some((_, gradient)) = rim {
-                        entry += stiffness * gradient.dot(&tangents[a]) * gradient.dot(&tangents[b]);
+                        entry +=
+                            stiffness * gradient.dot(&tangents[a]) * gradient.dot(&tangents[b]);
                     }
                     self.base.add(i * k + a, i * k + b, entry);
                 }
@@ -329,7 +335,12 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             *step = -residual;
         }
         self.band.solve(&mut self.step);
-        let slope: f64 = self.step.iter().zip(&self.residual).map(|(s, r)| s * r).sum();
+        let slope: f64 = self
+            .step
+            .iter()
+            .zip(&self.residual)
+            .map(|(s, r)| s * r)
+            .sum();
         -0.5 * slope
     }
 

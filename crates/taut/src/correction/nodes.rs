@@ -5,7 +5,7 @@
 //! the spans: their ends divide the integral of a floor plus the curvature evenly.
 
 use crate::Vector;
-use crate::correction::curve::{Curve, Cursor};
+use crate::correction::curve::{Cursor, Curve};
 use crate::surface::{Geometry, Node, Surface};
 
 /// The length and the turning (integral of the normal curvature, in radians) of a polyline's segments.
@@ -31,10 +31,15 @@ pub(crate) fn profile<const D: usize, S: Surface<D>>(
     for pair in nodes.windows(2) {
         let chord = pair[1].point - pair[0].point;
         let length = chord.norm();
-        let curvature = if length > 0.0 && surface.geometry(&pair[0].point, pair[0].place, scratch) {
+        let curvature = if length > 0.0 && surface.geometry(&pair[0].point, pair[0].place, scratch)
+        {
             let tangential = scratch.project(&chord);
             let size = tangential.norm();
-            if size > 0.0 { scratch.bend(&(tangential / size)).norm() } else { 0.0 }
+            if size > 0.0 {
+                scratch.bend(&(tangential / size)).norm()
+            } else {
+                0.0
+            }
         } else {
             0.0
         };

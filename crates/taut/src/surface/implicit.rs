@@ -107,22 +107,13 @@ impl<const D: usize, E: Equations<D>> Surface<D> for ImplicitSurface<D, E> {
         D - self.equations.count()
     }
 
-    fn foot(
-        &self,
-        x: &Vector<D>,
-        place: &mut (),
-        scratch: &mut Geometry<D>,
-    ) -> Option<Vector<D>> {
+    fn foot(&self, x: &Vector<D>, place: &mut (), scratch: &mut Geometry<D>) -> Option<Vector<D>> {
         level_set::foot(self, x, place, scratch)
     }
 
     fn geometry(&self, x: &Vector<D>, _place: (), out: &mut Geometry<D>) -> bool {
-        self.equations.hessians(
-            x,
-            &mut out.values,
-            &mut out.gradients,
-            &mut out.hessians,
-        );
+        self.equations
+            .hessians(x, &mut out.values, &mut out.gradients, &mut out.hessians);
         out.factor()
     }
 }

@@ -3,12 +3,10 @@
 //! Everything downstream (first guesses, correction) reaches a surface only through [`Surface`], so
 //! equations F(x) = 0 and point clouds are served by the same code in every dimension.
 
-
+pub mod atlas;
 pub mod frame;
 pub mod implicit;
 pub mod level_set;
-
-
 
 pub use frame::Geometry;
 

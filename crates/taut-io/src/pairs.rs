@@ -1,0 +1,181 @@
+//! Pairs of ends of paths, as text.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use crate::error::{Fault, ReadError, quoted};
+use crate::text::{Separator, as_text, content_lines, number};
+
+/// Pairs of ends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pairs {
+    /// From and to, as rows of the point file, the first is 0.
+    Indices(Vec<[usize; 2]>),
+    /// From and to, as coordinates.
+    Coordinates {
+        /// Number of coordinates of a point, at least 2.
+        dimension: usize,
+        /// Row-major, pairs x (2 `dimension`): the first point's coordinates, then the second's, in the file's units.
+        values: Vec<f64>,
+    },
+}
+
+/// Reads pairs from a text file: two columns of row numbers, or 2d columns of coordinates.
+///
+/// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines are skipped.
+///
+/// # Errors
+/// [`ReadError`] where the file cannot be read, holds no pair, or a line is not like the first.
+pub fn read_pairs(path: &Path) -> Result<Pairs, ReadError> {
+    let file = File::open(path).map_err(|source| Fault::Io(source).in_file(path))?;
+    parse(BufReader::new(file)).map_err(|fault| fault.in_file(path))
+}
+
+/// Reads pairs as [`read_pairs`] does, from any source; `name` stands for the file in errors.
+///
+/// ```
+/// use taut_io::{Pairs, read_pairs_from};
+/// let pairs = read_pairs_from("# from to\n0 12\n3 7\n".as_bytes(), "standard input")?;
+/// assert_eq!(pairs, Pairs::Indices(vec![[0, 12], [3, 7]]));
+/// # Ok::<(), taut_io::ReadError>(())
+/// ```
+///
+/// # Errors
+/// As [`read_pairs`].
+pub fn read_pairs_from(source: impl BufRead, name: &str) -> Result<Pairs, ReadError> {
+    parse(source).map_err(|fault| fault.in_file(Path::new(name)))
+}
+
+fn parse(mut source: impl BufRead) -> Result<Pairs, Fault> {
+    let mut bytes = Vec::new();
+    source.read_to_end(&mut bytes)?;
+    if bytes.is_empty() {
+        return Err(Fault::Empty);
+    }
+    let text = as_text(&bytes)?;
+    let Some((line, first)) = content_lines(text).next() else {
+        return Err(wrong(
+            text.lines().count(),
+            "no pair".to_owned(),
+            "at least one",
+        ));
+    };
+    let separator = Separator::of(first);
+    match separator.fields(first).count() {
+        2 => parse_indices(text, separator),
+        columns if columns >= 4 && columns % 2 == 0 => {
+            parse_coordinates(text, separator, columns, line)
+        }
+        columns => Err(wrong(
+            line,
+            format!("{columns} columns"),
+            "2 row numbers, or an even number of coordinates",
+        )),
+    }
+}
+
+fn wrong(line: usize, found: String, expected: &str) -> Fault {
+    let remedy = "write two row numbers (the first row is 0) or two points' coordinates on a line";
+    Fault::line(line, found, expected, remedy)
+}
+
+fn parse_indices(text: &str, separator: Separator) -> Result<Pairs, Fault> {
+    let mut pairs = Vec::new();
+    for (line, row) in content_lines(text) {
+        let mut pair = [0; 2];
+        let mut columns = 0;
+        for field in separator.fields(row) {
+            if let Some(index) = pair.get_mut(columns) {
+                *index = field
+                    .parse()
+                    .map_err(|_| wrong(line, quoted(field), "a row number: 0, 1, 2, ..."))?;
+            }
+            columns += 1;
+        }
+        if columns != 2 {
+            return Err(wrong(
+                line,
+                format!("{columns} columns"),
+                "2 row numbers as in the lines before",
+            ));
+        }
+        pairs.push(pair);
+    }
+    Ok(Pairs::Indices(pairs))
+}
+
+fn parse_coordinates(
+    text: &str,
+    separator: Separator,
+    columns: usize,
+    first_line: usize,
+) -> Result<Pairs, Fault> {
+    let mut values = Vec::new();
+    for (line, row) in content_lines(text) {
+        let before = values.len();
+        for field in separator.fields(row) {
+            let value = number(field, line)?;
+            if !value.is_finite() {
+                return Err(wrong(line, quoted(field), "a finite number"));
+            }
+            values.push(value);
+        }
+        let found = values.len() - before;
+        if found != columns {
+            return Err(wrong(
+                line,
+                format!("{found} columns"),
+                &format!("{columns} as in line {first_line}"),
+            ));
+        }
+    }
+    Ok(Pairs::Coordinates {
+        dimension: columns / 2,
+        values,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line_of(text: &str) -> Option<crate::Place> {
+        match read_pairs_from(text.as_bytes(), "pairs") {
+            Err(ReadError::Malformed { place, .. }) => Some(place),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn coordinates_have_an_even_number_of_columns() {
+        let pairs = read_pairs_from("\n0, 0, 1, 1.5\n# c\n1,2,3,4\n".as_bytes(), "pairs").unwrap();
+        let values = vec![0.0, 0.0, 1.0, 1.5, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(
+            pairs,
+            Pairs::Coordinates {
+                dimension: 2,
+                values
+            }
+        );
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, line) in [
+            ("0 1\n2 3 4\n", 2),
+            ("0 1\n\n2 -3\n", 3),
+            ("0 1.5\n", 1),
+            ("1 2 3\n", 1),
+            ("1 2 3 4\n1 2 3 nan\n", 2),
+            ("1 2 3 4\n1 2 3\n", 2),
+            ("# nothing\n", 1),
+        ] {
+            assert_eq!(line_of(text), Some(crate::Place::Line(line)), "{text:?}");
+        }
+        assert!(matches!(
+            read_pairs_from(&b""[..], "pairs"),
+            Err(ReadError::Empty { .. })
+        ));
+    }
+}

@@ -1,0 +1,48 @@
+//! CSV: one line of names, one line a node.
+
+use std::io::{self, Write};
+
+use super::{Polyline, Samples, column_names, have_normals, write_row};
+
+const SEPARATOR: char = ',';
+
+pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
+    let dimension = paths.first().map_or(3, |path| path.dimension);
+    let normals = have_normals(paths);
+    writeln!(out, "path,arc_length,{}", header(dimension, normals))?;
+    for (index, path) in paths.iter().enumerate() {
+        for node in 0..path.nodes() {
+            let normal = path.normal(node).filter(|_| normals).unwrap_or_default();
+            write!(out, "{index}{SEPARATOR}")?;
+            let values = [path.arc_length[node]].into_iter();
+            write_row(
+                out,
+                SEPARATOR,
+                values.chain(path.point(node).iter().chain(normal).copied()),
+            )?;
+            writeln!(out)?;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}",
+        header(samples.dimension, samples.normals.is_some())
+    )?;
+    for (point, normal) in samples.rows() {
+        write_row(out, SEPARATOR, point.iter().chain(normal).copied())?;
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn header(dimension: usize, normals: bool) -> String {
+    let mut names = column_names(["x", "y", "z"], "x", dimension);
+    if normals {
+        names.extend(column_names(["nx", "ny", "nz"], "n", dimension));
+    }
+    names.join(",")
+}

@@ -1,0 +1,253 @@
+//! Writers of paths and points, one file per format.
+
+mod atomic;
+mod csv;
+mod json;
+mod npy;
+mod obj;
+mod ply;
+mod vtk;
+mod vtp;
+mod xyz;
+
+use std::ffi::OsStr;
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::error::WriteError;
+use crate::format::extension_in_words;
+
+const ANY_DIMENSION: &str = "write .csv, .json or .npy";
+
+/// A path through points of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Polyline<'a> {
+    /// Number of coordinates of a point.
+    pub dimension: usize,
+    /// Nodes x `dimension`, row-major, in the input's units.
+    pub points: &'a [f64],
+    /// The surface's normal at each node, in the shape of `points`.
+    pub normals: Option<&'a [f64]>,
+    /// Length of the path up to each node, in the input's units.
+    pub arc_length: &'a [f64],
+}
+
+impl<'a> Polyline<'a> {
+    fn nodes(&self) -> usize {
+        self.arc_length.len()
+    }
+
+    fn point(&self, node: usize) -> &'a [f64] {
+        &self.points[node * self.dimension..][..self.dimension]
+    }
+
+    fn normal(&self, node: usize) -> Option<&'a [f64]> {
+        Some(&self.normals?[node * self.dimension..][..self.dimension])
+    }
+}
+
+/// Points without connection; the normals have the shape of the coordinates.
+#[derive(Clone, Copy)]
+struct Samples<'a> {
+    dimension: usize,
+    coordinates: &'a [f64],
+    normals: Option<&'a [f64]>,
+}
+
+impl<'a> Samples<'a> {
+    /// Each point with its normal, which is empty where there is none.
+    fn rows(&self) -> impl Iterator<Item = (&'a [f64], &'a [f64])> {
+        let (dimension, normals) = (self.dimension, self.normals);
+        self.coordinates
+            .chunks_exact(dimension)
+            .enumerate()
+            .map(move |(row, point)| {
+                let normal =
+                    normals.map_or(&[][..], |normals| &normals[row * dimension..][..dimension]);
+                (point, normal)
+            })
+    }
+}
+
+/// Whether every path has normals: a file has them for all of its nodes or for none.
+fn have_normals(paths: &[Polyline<'_>]) -> bool {
+    paths.iter().all(|path| path.normals.is_some())
+}
+
+type PathWriter = fn(&mut dyn Write, &[Polyline<'_>]) -> io::Result<()>;
+type PointWriter = fn(&mut dyn Write, &Samples<'_>) -> io::Result<()>;
+
+/// A format by its extension. The flag says that it holds any dimension.
+const PATH_WRITERS: [(&str, bool, PathWriter); 7] = [
+    ("ply", false, ply::write_paths),
+    ("obj", false, obj::write_paths),
+    ("csv", true, csv::write_paths),
+    ("json", true, json::write_paths),
+    ("vtk", false, vtk::write_paths),
+    ("vtp", false, vtp::write_paths),
+    ("npy", true, npy::write_paths),
+];
+
+const POINT_WRITERS: [(&str, bool, PointWriter); 5] = [
+    ("ply", false, ply::write_points),
+    ("xyz", true, xyz::write_points),
+    ("csv", true, csv::write_points),
+    ("npy", true, npy::write_points),
+    ("obj", false, obj::write_points),
+];
+
+fn writer_of<T: Copy>(
+    path: &Path,
+    writers: &'static [(&'static str, bool, T)],
+    known: &'static str,
+    dimension: usize,
+) -> Result<(&'static str, T), WriteError> {
+    let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+    let found = writers
+        .iter()
+        .find(|(name, ..)| name.eq_ignore_ascii_case(extension));
+    let Some((name, any_dimension, writer)) = found else {
+        return Err(WriteError::UnknownFormat {
+            file: path.to_path_buf(),
+            found: extension_in_words(path),
+            known,
+        });
+    };
+    if dimension != 3 && !any_dimension {
+        return Err(WriteError::Dimension {
+            file: path.to_path_buf(),
+            dimension,
+            extension: name,
+            remedy: ANY_DIMENSION,
+        });
+    }
+    Ok((name, *writer))
+}
+
+/// Writes paths in the format that the extension names.
+///
+/// | extension | holds |
+/// |---|---|
+/// | ply | binary little endian: x y z, nx ny nz, arc_length as double; the element edge joins the nodes |
+/// | obj | v, vn, and l for each path |
+/// | csv | path, arc_length, x, y, z, nx, ny, nz (x1 .. xd, n1 .. nd where d is not 3) |
+/// | json | an array of objects with points, normals, arc_length |
+/// | vtk, vtp | polydata of lines, text, with the point data arc_length and normals |
+/// | npy | the points of one path, float64 of shape (nodes, d) |
+///
+/// Normals are written where every path has them. The file appears only when it is complete; until then the file that
+/// stood there stays.
+///
+/// # Errors
+/// [`WriteError`] for an unknown extension, arrays that do not fit, another dimension than 3 where the format cannot hold
+/// it, more than one path for npy, or what the system says.
+pub fn write_polylines(path: &Path, paths: &[Polyline<'_>]) -> Result<(), WriteError> {
+    let dimension = paths.first().map_or(3, |first| first.dimension);
+    for (index, polyline) in paths.iter().enumerate() {
+        check_shape(path, index, dimension, polyline)?;
+    }
+    let (extension, writer) = writer_of(
+        path,
+        &PATH_WRITERS,
+        "ply, obj, csv, json, vtk, vtp, npy",
+        dimension,
+    )?;
+    if extension == "npy" && paths.len() != 1 {
+        return Err(WriteError::OnePathOnly {
+            file: path.to_path_buf(),
+            count: paths.len(),
+        });
+    }
+    atomic::write(path, |file| writer(file, paths))
+}
+
+/// Writes points, with normals where given, as ply, xyz, csv, npy (no normals) or obj by extension.
+///
+/// `coordinates` is row-major, points x `dimension`; `normals` has the same shape.
+///
+/// # Errors
+/// As [`write_polylines`].
+pub fn write_points(
+    path: &Path,
+    dimension: usize,
+    coordinates: &[f64],
+    normals: Option<&[f64]>,
+) -> Result<(), WriteError> {
+    let fits = dimension > 0 && coordinates.len().is_multiple_of(dimension);
+    if !fits || normals.is_some_and(|normals| normals.len() != coordinates.len()) {
+        return Err(WriteError::Shape {
+            file: path.to_path_buf(),
+            path: 0,
+            found: format!(
+                "{} coordinates and {:?} of normals",
+                coordinates.len(),
+                normals.map(<[f64]>::len)
+            ),
+            expected: format!("a multiple of the dimension {dimension}, the same for both"),
+        });
+    }
+    let (_, writer) = writer_of(path, &POINT_WRITERS, "ply, xyz, csv, npy, obj", dimension)?;
+    let samples = Samples {
+        dimension,
+        coordinates,
+        normals,
+    };
+    atomic::write(path, |file| writer(file, &samples))
+}
+
+fn check_shape(
+    file: &Path,
+    index: usize,
+    dimension: usize,
+    path: &Polyline<'_>,
+) -> Result<(), WriteError> {
+    let length = path.arc_length.len().checked_mul(dimension);
+    let fits = path.dimension == dimension
+        && dimension > 0
+        && length == Some(path.points.len())
+        && path
+            .normals
+            .is_none_or(|normals| normals.len() == path.points.len());
+    if fits {
+        return Ok(());
+    }
+    Err(WriteError::Shape {
+        file: file.to_path_buf(),
+        path: index,
+        found: format!(
+            "dimension {}, {} coordinates, {:?} of normals, {} arc lengths",
+            path.dimension,
+            path.points.len(),
+            path.normals.map(<[f64]>::len),
+            path.arc_length.len()
+        ),
+        expected: format!(
+            "dimension {dimension} as in path 0, and as many coordinates as arc lengths times {dimension}"
+        ),
+    })
+}
+
+/// Writes numbers with a separator between them, in the shortest form that reads back to the same bits.
+fn write_row(
+    out: &mut dyn Write,
+    separator: char,
+    values: impl IntoIterator<Item = f64>,
+) -> io::Result<()> {
+    for (index, value) in values.into_iter().enumerate() {
+        if index > 0 {
+            write!(out, "{separator}")?;
+        }
+        write!(out, "{value:?}")?;
+    }
+    Ok(())
+}
+
+/// The names of the columns of a point or a normal: `three` where there are three, numbered otherwise.
+fn column_names(three: [&str; 3], letter: &str, dimension: usize) -> Vec<String> {
+    match dimension {
+        3 => three.map(str::to_owned).to_vec(),
+        _ => (1..=dimension)
+            .map(|axis| format!("{letter}{axis}"))
+            .collect(),
+    }
+}

@@ -1,0 +1,80 @@
+//! PLY, binary little endian, every number a double.
+
+use std::io::{self, Write};
+
+use super::{Polyline, Samples, have_normals};
+
+pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
+    let nodes = paths.iter().map(Polyline::nodes).sum();
+    let edges: usize = paths
+        .iter()
+        .map(|path| path.nodes().saturating_sub(1))
+        .sum();
+    let normals = have_normals(paths);
+    write_vertex_header(out, nodes, normals)?;
+    writeln!(out, "property double arc_length\nelement edge {edges}")?;
+    writeln!(
+        out,
+        "property int vertex1\nproperty int vertex2\nend_header"
+    )?;
+    for path in paths {
+        for node in 0..path.nodes() {
+            let normal = path.normal(node).filter(|_| normals).unwrap_or_default();
+            write_doubles(
+                out,
+                path.point(node)
+                    .iter()
+                    .chain(normal)
+                    .chain(&[path.arc_length[node]]),
+            )?;
+        }
+    }
+    let mut first = 0;
+    for path in paths {
+        let end = first + path.nodes();
+        for node in first + 1..end {
+            out.write_all(&index(node - 1)?.to_le_bytes())?;
+            out.write_all(&index(node)?.to_le_bytes())?;
+        }
+        first = end;
+    }
+    Ok(())
+}
+
+pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
+    let rows = samples.coordinates.len() / samples.dimension;
+    write_vertex_header(out, rows, samples.normals.is_some())?;
+    writeln!(out, "end_header")?;
+    for (point, normal) in samples.rows() {
+        write_doubles(out, point.iter().chain(normal))?;
+    }
+    Ok(())
+}
+
+fn write_vertex_header(out: &mut dyn Write, vertices: usize, normals: bool) -> io::Result<()> {
+    writeln!(
+        out,
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}"
+    )?;
+    let names: &[&str] = if normals {
+        &["x", "y", "z", "nx", "ny", "nz"]
+    } else {
+        &["x", "y", "z"]
+    };
+    for name in names {
+        writeln!(out, "property double {name}")?;
+    }
+    Ok(())
+}
+
+fn write_doubles<'a>(out: &mut dyn Write, values: impl Iterator<Item = &'a f64>) -> io::Result<()> {
+    for value in values {
+        out.write_all(&value.to_le_bytes())?;
+    }
+    Ok(())
+}
+
+fn index(node: usize) -> io::Result<i32> {
+    i32::try_from(node)
+        .map_err(|_| io::Error::other("PLY edges count at most 2^31 nodes; write .csv or .npy"))
+}

@@ -1,0 +1,222 @@
+//! No bytes whatever make a reader panic, hang, or ask for memory that the file does not justify.
+
+use std::io::Cursor;
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use taut_io::{Format, Polyline, ReadOptions, read, read_pairs_from, write_polylines};
+
+const NAMES: [&str; 10] = [
+    "ply", "obj", "off", "stl", "xyz", "csv", "pcd", "las", "e57", "npy",
+];
+
+/// Reads `bytes` as the format called `name`, for the sake of ending; the answer is checked for its shape.
+fn feed(name: &str, bytes: &[u8]) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("input");
+    std::fs::write(&file, bytes).unwrap();
+    let format: Option<Format> = name.parse().ok();
+    assert!(format.is_some(), "{name}");
+    match read(
+        &file,
+        &ReadOptions {
+            format,
+            ..ReadOptions::default()
+        },
+    ) {
+        Ok(points) => {
+            assert!(points.dimension >= 2 && points.rows() > 0);
+            assert_eq!(points.coordinates.len(), points.rows() * points.dimension);
+            assert!(
+                points
+                    .normals
+                    .is_none_or(|normals| normals.len() == points.coordinates.len())
+            );
+            assert!(points.rows_kept.is_none_or(|rows| rows.is_sorted()));
+        }
+        Err(error) => assert!(error.to_string().contains("input")),
+    }
+}
+
+fn las(compressed: bool) -> Vec<u8> {
+    let mut builder = las::Builder::from((1, 4));
+    builder.point_format = las::point::Format::new(6).unwrap();
+    builder.point_format.is_compressed = compressed;
+    builder.evlrs.push(las::Vlr {
+        data: vec![1; 9],
+        ..las::Vlr::default()
+    });
+    let mut writer =
+        las::Writer::new(Cursor::new(Vec::new()), builder.into_header().unwrap()).unwrap();
+    for index in 0..9 {
+        let x = f64::from(index);
+        writer
+            .write_point(las::Point {
+                x,
+                y: x * x,
+                z: 0.5,
+                gps_time: Some(0.0),
+                ..las::Point::default()
+            })
+            .unwrap();
+    }
+    writer.into_inner().unwrap().into_inner()
+}
+
+fn e57() -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut writer = e57::E57Writer::new(&mut bytes, "file").unwrap();
+    let prototype = vec![
+        e57::Record::CARTESIAN_X_F64,
+        e57::Record::CARTESIAN_Y_F64,
+        e57::Record::CARTESIAN_Z_F64,
+        e57::Record {
+            name: e57::RecordName::CartesianInvalidState,
+            data_type: e57::RecordDataType::Integer { min: 0, max: 2 },
+        },
+    ];
+    let mut scan = writer.add_pointcloud("scan", prototype).unwrap();
+    scan.set_transform(Some(e57::Transform {
+        rotation: e57::Quaternion {
+            w: 0.5_f64.sqrt(),
+            x: 0.0,
+            y: 0.0,
+            z: 0.5_f64.sqrt(),
+        },
+        translation: e57::Translation {
+            x: 10.0,
+            y: 0.0,
+            z: 0.0,
+        },
+    }));
+    for index in 0..4 {
+        let x = e57::RecordValue::Double(f64::from(index));
+        let zero = e57::RecordValue::Double(0.0);
+        let state = e57::RecordValue::Integer(if index == 1 { 2 } else { 0 });
+        scan.add_point(vec![x, zero.clone(), zero, state]).unwrap();
+    }
+    scan.finalize().unwrap();
+    writer.finalize().unwrap();
+    drop(writer);
+    bytes.into_inner()
+}
+
+fn written(extension: &str) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(format!("path.{extension}"));
+    let path = Polyline {
+        dimension: 3,
+        points: &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+        normals: Some(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]),
+        arc_length: &[0.0, 1.0],
+    };
+    write_polylines(&file, &[path]).unwrap();
+    std::fs::read(&file).unwrap()
+}
+
+const PCD: &str = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ";
+
+/// A well-formed file of each format, by the format's name.
+fn seeds() -> Vec<(&'static str, Vec<u8>)> {
+    let pcd = |data: &str, body: &[u8]| [PCD.as_bytes(), data.as_bytes(), b"\n", body].concat();
+    let ply_text = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int a\nelement vertex 1\n\
+                    property float x\nproperty float y\nproperty float z\nend_header\n3 0 0 0\n1 2 3\n";
+    let stl_text = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 1\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\nendsolid s\n";
+    let stl_binary = [vec![0; 80], vec![1, 0, 0, 0], vec![7; 50]].concat();
+    let compressed = [
+        &14_u32.to_le_bytes()[..],
+        &12_u32.to_le_bytes(),
+        &[1, 0, 0, 0x20, 1, 0x20, 1, 0, 9, 0x20, 4, 1, 2, 3],
+    ]
+    .concat();
+    vec![
+        ("ply", written("ply")),
+        ("ply", ply_text.into()),
+        ("obj", written("obj")),
+        ("off", b"NOFF\n1 1 0\n1 2 3 0 0 1\n1 0\n".to_vec()),
+        ("stl", stl_text.into()),
+        ("stl", stl_binary),
+        ("xyz", b"1 2 3 0 0 1\n4 5 6 0 1 0\n".to_vec()),
+        ("csv", written("csv")),
+        ("pcd", pcd("ascii", b"1 2 3\n")),
+        ("pcd", pcd("binary", &[0; 12])),
+        ("pcd", pcd("binary_compressed", &compressed)),
+        ("las", las(false)),
+        ("las", las(true)),
+        ("e57", e57()),
+        ("npy", written("npy")),
+    ]
+}
+
+#[test]
+fn seeds_are_well_formed() {
+    for (name, bytes) in seeds() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(format!("seed.{name}"));
+        std::fs::write(&file, &bytes).unwrap();
+        let read = read(&file, &ReadOptions::default());
+        // The compressed body is only nearly right: it is there to be changed.
+        assert!(
+            read.is_ok() || bytes.windows(17).any(|word| word == b"binary_compressed"),
+            "{read:?}"
+        );
+    }
+}
+
+#[test]
+fn poses_move_points_and_invalid_ones_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scan.e57");
+    std::fs::write(&file, e57()).unwrap();
+    let points = read(&file, &ReadOptions::default()).unwrap();
+    assert_eq!(points.rows_kept, Some(vec![0, 2, 3]));
+    // A quarter turn about z, then 10 along x: (2, 0, 0) goes to (10, 2, 0).
+    for (found, truth) in points.coordinates[3..6].iter().zip([10.0, 2.0, 0.0]) {
+        assert!((found - truth).abs() < 1e-15);
+    }
+    assert_eq!(points.notes.len(), 1);
+}
+
+#[test]
+fn las_keeps_nine_points_compressed_or_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.las");
+    for compressed in [false, true] {
+        std::fs::write(&file, las(compressed)).unwrap();
+        let points = read(&file, &ReadOptions::default()).unwrap();
+        assert_eq!(points.rows(), 9);
+        assert_eq!(points.coordinates[15..18], [5.0, 25.0, 0.5]);
+    }
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_end(name in prop::sample::select(&NAMES[..]), bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        feed(name, &bytes);
+    }
+
+    #[test]
+    fn changed_files_end(
+        seed in any::<prop::sample::Index>(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        end in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        static SEEDS: LazyLock<Vec<(&str, Vec<u8>)>> = LazyLock::new(seeds);
+        let (name, mut bytes) = SEEDS[seed.index(SEEDS.len())].clone();
+        for (place, value) in changes {
+            let place = place.index(bytes.len());
+            bytes[place] = value;
+        }
+        if let Some(end) = end {
+            bytes.truncate(end.index(bytes.len() + 1));
+        }
+        feed(name, &bytes);
+    }
+
+    #[test]
+    fn random_pairs_end(text in "[0-9a-z.,;# \\n-]{0,80}") {
+        if let Err(error) = read_pairs_from(text.as_bytes(), "pairs") {
+            prop_assert!(error.to_string().contains("pairs"));
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! What can be wrong with the input of a query.
+
+use thiserror::Error;
+
+/// Why a surface cannot be built or a query cannot be asked.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Error {
+    /// Fewer finite points than a surface needs.
+    #[error(
+        "too few points: found {found} distinct finite points, a surface needs at least {needed}"
+    )]
+    TooFewPoints {
+        /// Finite points found.
+        found: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// Every point is the same.
+    #[error("all {found} points coincide: there is no spacing and no tangent plane")]
+    AllCoincide {
+        /// Finite points found.
+        found: usize,
+    },
+    /// More points than the indices hold.
+    #[error("too many points: found {found}, the limit is 2^32 - 2; thin or split the cloud")]
+    TooManyPoints {
+        /// Points found.
+        found: usize,
+    },
+    /// The points lie on a line or curve, not on a surface of the dimension asked for.
+    #[error(
+        "no surface of dimension {dimension}: the points lie on a set of lower dimension (tangent plane undefined)"
+    )]
+    NoTangentPlane {
+        /// The intrinsic dimension asked for.
+        dimension: usize,
+    },
+    /// A row that is not a point: out of range or not finite.
+    #[error("point {row} is not there: {reason}")]
+    NoSuchPoint {
+        /// The row asked for.
+        row: usize,
+        /// Out of range, or dropped because not finite.
+        reason: &'static str,
+    },
+    /// A start or end point that cannot be pulled back onto the surface.
+    #[error("the point ({point}) cannot be pulled back onto the surface: {reason}")]
+    NoFoot {
+        /// Coordinates.
+        point: String,
+        /// What went wrong.
+        reason: &'static str,
+    },
+    /// Equations whose surface has no dimension left or that do not fit the space.
+    #[error(
+        "{equations} equations in {dimension} variables leave no surface of dimension 1 or more"
+    )]
+    NoDimensionLeft {
+        /// Number of equations.
+        equations: usize,
+        /// Number of variables.
+        dimension: usize,
+    },
+}

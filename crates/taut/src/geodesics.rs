@@ -1,0 +1,160 @@
+//! Geodesics between points: first guesses on a graph, corrected to a tolerance.
+
+use crate::correction::newton::Solver;
+use crate::correction::{self, Settings, Taut};
+use crate::guess::Guide;
+use crate::guess::dijkstra;
+use crate::guess::graph::Graph;
+use crate::guess::routes::{self, DETOUR};
+use crate::result::Path;
+use crate::surface::Node;
+
+/// A surface made ready for many path queries.
+pub struct Geodesics<const D: usize, S: Guide<D>> {
+    surface: S,
+    graph: Graph<D, S::Place>,
+    components: Vec<u32>,
+    component_sizes: Vec<usize>,
+}
+
+/// Guesses looked at for the shortest path.
+const GUESSES: usize = 6;
+/// Straightened guesses within this factor of the shortest are pulled taut to the tolerance.
+const CLOSE: f64 = 1.02;
+/// Two paths of lengths this near, relative, that also run together are one.
+const SAME_LENGTH: f64 = 1e-4;
+
+impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
+    pub(crate) fn with_graph(surface: S, graph: Graph<D, S::Place>) -> Self {
+        let (components, component_sizes) = graph.components();
+        Self {
+            surface,
+            graph,
+            components,
+            component_sizes,
+        }
+    }
+
+    /// The surface.
+    #[must_use]
+    pub fn surface(&self) -> &S {
+        &self.surface
+    }
+
+    /// The number of graph nodes of each component of the surface, largest first.
+    #[must_use]
+    pub fn component_sizes(&self) -> &[usize] {
+        &self.component_sizes
+    }
+
+    /// The component of each graph node.
+    #[must_use]
+    pub fn components(&self) -> &[u32] {
+        &self.components
+    }
+
+    /// The shortest geodesic found between two nodes of the surface.
+    ///
+    /// Takes the best few distinct guesses that could still win, pulls each taut, keeps the shortest.
+    pub fn path(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        settings: &Settings,
+    ) -> Path<D> {
+        self.search(from, to, settings, GUESSES, DETOUR, CLOSE)
+            .into_iter()
+            .next()
+            .unwrap_or_else(Path::none)
+    }
+
+    /// Up to `most` distinct geodesics, shortest first: one for each way round that was found, at
+    /// most three times as long as the shortest.
+    pub fn alternatives(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        settings: &Settings,
+        most: usize,
+    ) -> Vec<Path<D>> {
+        let mut paths = self.search(from, to, settings, GUESSES + 3 * most, 3.0, 3.0);
+        paths.truncate(most);
+        paths
+    }
+
+    fn search(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        settings: &Settings,
+        guesses: usize,
+        detour: f32,
+        close: f64,
+    ) -> Vec<Path<D>> {
+        let mut solver = Solver::new(D - self.surface.intrinsic_dimension());
+        let mut straight: Vec<Taut<D, S::Place>> = self
+            .guesses(from, to, guesses, detour)
+            .iter()
+            .filter_map(|guess| correction::straighten(&self.surface, guess, &mut solver))
+            .collect();
+        straight.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        let Some(shortest) = straight.first().map(Taut::length) else {
+            return Vec::new();
+        };
+        let mut paths: Vec<Path<D>> = Vec::new();
+        let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
+        for taut in straight {
+            if taut.length() > close * shortest {
+                break;
+            }
+            if kept.iter().any(|other| other.runs_with(&taut, SAME_LENGTH)) {
+                continue;
+            }
+            kept.push(taut.clone());
+            paths.push(correction::tighten(
+                &self.surface,
+                taut,
+                settings,
+                &mut solver,
+            ));
+        }
+        paths.sort_by(|a, b| {
+            // A path that converged is trusted before one that did not.
+            (!a.converged(), a.length)
+                .partial_cmp(&(!b.converged(), b.length))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        paths
+    }
+
+    /// Distinct guesses, shortest on the graph first; empty where none connects the two.
+    fn guesses(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        most: usize,
+        detour: f32,
+    ) -> Vec<Vec<Node<D, S::Place>>> {
+        let entrances = |node: &Node<D, S::Place>| {
+            let mut list = Vec::new();
+            self.surface.entrances(node, &mut |i| {
+                let length = (self.graph.nodes[i as usize].point - node.point).norm();
+                list.push((i, length as f32));
+            });
+            list
+        };
+        let (start, end) = (entrances(from), entrances(to));
+        let forward = dijkstra::distances(&self.graph, &start);
+        let backward = dijkstra::distances(&self.graph, &end);
+        routes::routes(&self.graph, &forward, &backward, most, detour)
+            .into_iter()
+            .map(|route| {
+                let inner = route.nodes.iter().map(|v| self.graph.nodes[*v as usize]);
+                std::iter::once(*from)
+                    .chain(inner)
+                    .chain(std::iter::once(*to))
+                    .collect()
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,85 @@
+//! A graph of nodes on a surface, edges weighted by their length.
+
+use crate::surface::Node;
+
+/// Nodes on a surface and the edges between those a straight step apart.
+#[derive(Clone, Debug)]
+pub struct Graph<const D: usize, P> {
+    /// The nodes.
+    pub(crate) nodes: Vec<Node<D, P>>,
+    starts: Vec<u32>,
+    edges: Vec<Edge>,
+}
+
+/// An edge to a node and its length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edge {
+    pub to: u32,
+    pub length: f32,
+}
+
+impl<const D: usize, P: Copy> Graph<D, P> {
+    /// Connects `nodes` by adjacency lists, which must be symmetric.
+    pub(crate) fn new<'a>(
+        nodes: Vec<Node<D, P>>,
+        neighbours: impl Iterator<Item = &'a [u32]>,
+    ) -> Self {
+        let mut starts = vec![0];
+        let mut edges = Vec::new();
+        for (i, list) in neighbours.enumerate() {
+            for j in list.iter().filter(|j| **j as usize != i) {
+                edges.push(Edge {
+                    to: *j,
+                    length: (nodes[*j as usize].point - nodes[i].point).norm() as f32,
+                });
+            }
+            starts.push(edges.len() as u32);
+        }
+        Self {
+            nodes,
+            starts,
+            edges,
+        }
+    }
+
+    pub(crate) fn edges(&self, node: u32) -> &[Edge] {
+        let i = node as usize;
+        &self.edges[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+
+    /// The component of each node, numbered by descending size (ties by first node), and the sizes.
+    pub(crate) fn components(&self) -> (Vec<u32>, Vec<usize>) {
+        let mut component = vec![u32::MAX; self.nodes.len()];
+        let mut sizes = Vec::new();
+        let mut stack = Vec::new();
+        for start in 0..self.nodes.len() {
+            if component[start] != u32::MAX {
+                continue;
+            }
+            let number = sizes.len() as u32;
+            let mut size = 0;
+            component[start] = number;
+            stack.push(start as u32);
+            while let Some(node) = stack.pop() {
+                size += 1;
+                for edge in self.edges(node) {
+                    if component[edge.to as usize] == u32::MAX {
+                        component[edge.to as usize] = number;
+                        stack.push(edge.to);
+                    }
+                }
+            }
+            sizes.push(size);
+        }
+        let mut order: Vec<usize> = (0..sizes.len()).collect();
+        order.sort_by_key(|i| std::cmp::Reverse(sizes[*i]));
+        let mut rank = vec![0; sizes.len()];
+        for (new, old) in order.iter().enumerate() {
+            rank[*old] = new as u32;
+        }
+        for c in &mut component {
+            *c = rank[*c as usize];
+        }
+        (component, order.iter().map(|i| sizes[*i]).collect())
+    }
+}

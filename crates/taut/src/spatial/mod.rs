@@ -1,0 +1,3 @@
+//! Nearest neighbours; the leaves of the tree are the sparse cells of Algorithm 2.
+
+pub(crate) mod tree;

@@ -1,0 +1,290 @@
+//! A balanced k-d tree in leaf order, split at the median of the widest axis.
+//!
+//! Source: Friedman, Bentley, Finkel (1977); the incremental distance of Arya and Mount (1993).
+
+use std::ops::Range;
+
+use crate::Vector;
+
+/// Most points of a leaf; leaves hold more than half of it.
+pub(crate) const LEAF: usize = 16;
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Split {
+    axis: u32,
+    value: f64,
+}
+
+/// Points in leaf order with the splits above them.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree<const D: usize> {
+    /// The points in leaf order.
+    pub points: Vec<Vector<D>>,
+    /// For each point in leaf order, its index in the input.
+    pub order: Vec<u32>,
+    splits: Vec<Split>,
+    levels: u32,
+}
+
+/// A neighbour: squared distance and index in leaf order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Neighbour {
+    pub squared: f64,
+    pub index: u32,
+}
+
+impl<const D: usize> Tree<D> {
+    /// Builds the tree; O(n log n), in parallel, the same for any number of threads.
+    pub fn new(points: &[Vector<D>]) -> Self {
+        let mut levels = 0;
+        while points.len() >> levels > LEAF || (points.len() - 1) >> levels >= LEAF {
+            levels += 1;
+        }
+        let mut entries: Vec<(Vector<D>, u32)> = points.iter().copied().zip(0..).collect();
+        let mut splits = vec![Split::default(); 1 << levels];
+        build(&mut entries, &mut splits, 1, levels);
+        let (points, order) = entries.into_iter().unzip();
+        Self {
+            points,
+            order,
+            splits,
+            levels,
+        }
+    }
+
+    /// The ranges of the leaves, in order.
+    pub fn leaves(&self) -> Vec<Range<usize>> {
+        let mut ranges = vec![0..self.points.len()];
+        for _ in 0..self.levels {
+            ranges = ranges
+                .into_iter()
+                .flat_map(|r| {
+                    let middle = (r.start + r.end) / 2;
+                    [r.start..middle, middle..r.end]
+                })
+                .collect();
+        }
+        ranges
+    }
+
+    /// The `count` points nearest to `x` (fewer if the tree holds fewer), nearest first; ties by index.
+    pub fn nearest(&self, x: &Vector<D>, count: usize, found: &mut Vec<Neighbour>) {
+        found.clear();
+        let mut search = Search {
+            tree: self,
+            x,
+            count,
+            limit: f64::INFINITY,
+            found,
+        };
+        search.descend(1, 0, 0..self.points.len(), 0.0, &mut Vector::zeros());
+        found.sort_unstable_by(|a, b| a.squared.total_cmp(&b.squared).then(a.index.cmp(&b.index)));
+    }
+}
+
+fn build<const D: usize>(
+    entries: &mut [(Vector<D>, u32)],
+    splits: &mut [Split],
+    node: usize,
+    levels: u32,
+) {
+    if levels == 0 {
+        return;
+    }
+    let (mut low, mut high) = (entries[0].0, entries[0].0);
+    for (point, _) in entries.iter() {
+        low = low.inf(point);
+        high = high.sup(point);
+    }
+    let axis = (high - low).imax();
+    let middle = entries.len() / 2;
+    entries.select_nth_unstable_by(middle, |a, b| {
+        a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1))
+    });
+    // Splits of a subtree lie scattered in heap order, so the halves fill their own and are merged.
+    splits[node] = Split {
+        axis: axis as u32,
+        value: entries[middle].0[axis],
+    };
+    let (left, right) = entries.split_at_mut(middle);
+    if left.len() > 8192 {
+        let mut other = splits.to_vec();
+        rayon::join(
+            || build(left, splits, 2 * node, levels - 1),
+            || build(right, &mut other, 2 * node + 1, levels - 1),
+        );
+        merge(splits, &other, 2 * node + 1);
+    } else {
+        build(left, splits, 2 * node, levels - 1);
+        build(right, splits, 2 * node + 1, levels - 1);
+    }
+}
+
+/// Copies the subtree under `node`.
+fn merge(splits: &mut [Split], other: &[Split], node: usize) {
+    let (mut first, mut width) = (node, 1);
+    while first < splits.len() {
+        splits[first..first + width].copy_from_slice(&other[first..first + width]);
+        first *= 2;
+        width *= 2;
+    }
+}
+
+struct Search<'a, const D: usize> {
+    tree: &'a Tree<D>,
+    x: &'a Vector<D>,
+    count: usize,
+    limit: f64,
+    /// A max-heap by squared distance while searching.
+    found: &'a mut Vec<Neighbour>,
+}
+
+impl<const D: usize> Search<'_, D> {
+    fn descend(
+        &mut self,
+        node: usize,
+        level: u32,
+        range: Range<usize>,
+        squared: f64,
+        offset: &mut Vector<D>,
+    ) {
+        if level == self.tree.levels {
+            for index in range {
+                self.offer(index);
+            }
+            return;
+        }
+        let split = self.tree.splits[node];
+        let axis = split.axis as usize;
+        let gap = self.x[axis] - split.value;
+        let middle = (range.start + range.end) / 2;
+        let (near, far) = if gap < 0.0 {
+            (
+                (2 * node, range.start..middle),
+                (2 * node + 1, middle..range.end),
+            )
+        } else {
+            (
+                (2 * node + 1, middle..range.end),
+                (2 * node, range.start..middle),
+            )
+        };
+        self.descend(near.0, level + 1, near.1, squared, offset);
+        let old = offset[axis];
+        let farther = squared - old * old + gap * gap;
+        if farther <= self.limit {
+            offset[axis] = gap;
+            self.descend(far.0, level + 1, far.1, farther, offset);
+            offset[axis] = old;
+        }
+    }
+
+    fn offer(&mut self, index: usize) {
+        let squared = (self.tree.points[index] - self.x).norm_squared();
+        let candidate = Neighbour {
+            squared,
+            index: index as u32,
+        };
+        if self.found.len() < self.count {
+            self.found.push(candidate);
+            if self.found.len() == self.count {
+                self.found.sort_unstable_by(|a, b| farther_first(b, a));
+                self.found.reverse();
+                self.limit = self.found[0].squared;
+            }
+        } else if farther_first(&candidate, &self.found[0]).is_gt() {
+            self.replace_farthest(candidate);
+            self.limit = self.found[0].squared;
+        }
+    }
+
+    /// Sifts the new candidate down from the top of the heap.
+    fn replace_farthest(&mut self, candidate: Neighbour) {
+        let mut place = 0;
+        loop {
+            let mut child = 2 * place + 1;
+            if child >= self.count {
+                break;
+            }
+            if child + 1 < self.count
+                && farther_first(&self.found[child + 1], &self.found[child]).is_lt()
+            {
+                child += 1;
+            }
+            if farther_first(&candidate, &self.found[child]).is_le() {
+                break;
+            }
+            self.found[place] = self.found[child];
+            place = child;
+        }
+        self.found[place] = candidate;
+    }
+}
+
+/// Orders by distance, farthest first; ties by larger index first.
+fn farther_first(a: &Neighbour, b: &Neighbour) -> std::cmp::Ordering {
+    b.squared.total_cmp(&a.squared).then(b.index.cmp(&a.index))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(count: usize) -> Vec<Vector<3>> {
+        let mut state = 7u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            // A coarse grid makes many ties.
+            ((state >> 40) % 50) as f64 / 50.0
+        };
+        (0..count)
+            .map(|_| Vector::<3>::new(next(), next(), 0.1 * next()))
+            .collect()
+    }
+
+    #[test]
+    fn agrees_with_brute_force_on_a_grid_with_ties() {
+        for count in [2, 15, 16, 17, 33, 1000, 20_000] {
+            let cloud = points(count);
+            let tree = Tree::new(&cloud);
+            let mut found = Vec::new();
+            for query in cloud.iter().step_by(1 + count / 20) {
+                let x = query + Vector::<3>::new(0.003, 0.001, 0.2);
+                for wanted in [1, 7, 40] {
+                    tree.nearest(&x, wanted, &mut found);
+                    let mut all: Vec<Neighbour> = tree
+                        .points
+                        .iter()
+                        .zip(0..)
+                        .map(|(p, index)| Neighbour {
+                            squared: (p - x).norm_squared(),
+                            index,
+                        })
+                        .collect();
+                    all.sort_by(|a, b| a.squared.total_cmp(&b.squared).then(a.index.cmp(&b.index)));
+                    all.truncate(wanted);
+                    assert_eq!(found, all, "{count} points, {wanted} wanted");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn leaves_partition_the_points() {
+        for count in [2, 16, 17, 100, 4097] {
+            let cloud = points(count);
+            let tree = Tree::new(&cloud);
+            let leaves = tree.leaves();
+            assert_eq!(
+                leaves.iter().map(ExactSizeIterator::len).sum::<usize>(),
+                count
+            );
+            assert!(leaves.iter().all(|l| !l.is_empty() && l.len() <= LEAF));
+            for (point, index) in tree.points.iter().zip(&tree.order) {
+                assert_eq!(*point, cloud[*index as usize]);
+            }
+        }
+    }
+}

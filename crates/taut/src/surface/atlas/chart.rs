@@ -1,0 +1,105 @@
+//! A chart: a polynomial height over a tangent plane, valid within a radius.
+
+use crate::surface::atlas::polynomial::Monomials;
+use crate::{Matrix, Vector};
+
+/// A local graph of the surface: heights over a tangent plane, one polynomial per normal.
+#[derive(Clone, Debug)]
+pub(crate) struct Chart<const D: usize> {
+    /// Origin of the frame, on the chart's own surface.
+    pub origin: Vector<D>,
+    /// Orthonormal: columns 0..m normal, m..D tangent.
+    pub frame: Matrix<D>,
+    /// Radius within which the chart takes part in the blend.
+    pub radius: f64,
+    /// m polynomials in tangent coordinates divided by [`scale`](Self::scale), heights in input units.
+    pub coefficients: Vec<f64>,
+    /// Degree of the polynomials.
+    pub degree: u8,
+    /// Scale of the tangent coordinates.
+    pub scale: f64,
+    /// Distance between neighbouring points here.
+    pub spacing: f64,
+    /// Root mean square of the fit's leave-one-out residuals.
+    pub residual: f64,
+    /// Estimated standard error of the chart's height near its origin.
+    pub height_error: f64,
+}
+
+/// Values, gradients and Hessians of a chart's equations f = <x - o, n> - h(u), all m of them.
+#[derive(Clone, Debug)]
+pub(crate) struct ChartJet<const D: usize> {
+    pub value: [f64; D],
+    pub gradient: [Vector<D>; D],
+    pub hessian: [Matrix<D>; D],
+}
+
+impl<const D: usize> ChartJet<D> {
+    pub fn new() -> Self {
+        Self {
+            value: [0.0; D],
+            gradient: [Vector::zeros(); D],
+            hessian: [Matrix::zeros(); D],
+        }
+    }
+}
+
+impl<const D: usize> Chart<D> {
+    /// Height above the chart's own surface, per normal: positive along it.
+    pub fn offsets(&self, monomials: &Monomials, x: &Vector<D>, out: &mut [f64]) {
+        let k = monomials.variables;
+        let m = D - k;
+        let local = self.frame.tr_mul(&(x - self.origin));
+        let mut u = [0.0; D];
+        for j in 0..k {
+            u[j] = local[m + j] / self.scale;
+        }
+        let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
+        let count = self.coefficients.len() / m;
+        for (a, c) in self.coefficients.chunks(count).enumerate() {
+            let height = monomials.evaluate(
+                c,
+                &u[..k],
+                &mut gradient[..k],
+                &mut hessian.as_flattened_mut()[..k * k],
+            );
+            out[a] = local[a] - height;
+        }
+    }
+
+    /// Values, gradients and, if asked for, Hessians of the m equations at `x`.
+    pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, hessians: bool, out: &mut ChartJet<D>) {
+        let k = monomials.variables;
+        let m = D - k;
+        let local = self.frame.tr_mul(&(x - self.origin));
+        let inverse = 1.0 / self.scale;
+        let mut u = [0.0; D];
+        for j in 0..k {
+            u[j] = local[m + j] * inverse;
+        }
+        let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
+        let hessian = &mut hessian.as_flattened_mut()[..k * k];
+        let count = self.coefficients.len() / m;
+        for (a, c) in self.coefficients.chunks(count).enumerate() {
+            let height = monomials.evaluate(c, &u[..k], &mut gradient[..k], hessian);
+            out.value[a] = local[a] - height;
+            let mut slope = self.frame.column(a).into_owned();
+            for j in 0..k {
+                slope -= self.frame.column(m + j) * (gradient[j] * inverse);
+            }
+            out.gradient[a] = slope;
+            if hessians {
+                let mut sum = Matrix::zeros();
+                for i in 0..k {
+                    let mut row = Vector::zeros();
+                    for j in 0..k {
+                        row += self.frame.column(m + j) * hessian[i * k + j];
+                    }
+                    row *= -inverse * inverse;
+                    sum += self.frame.column(m + i) * row.transpose();
+                }
+                out.hessian[a] = sum;
+            }
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The atlas: a point cloud as a smooth implicit surface.
+//!
+//! Cells of the search tree are split by sheet; each part gets a [chart](chart::Chart), a polynomial
+//! height over its tangent plane, and the charts are blended into G(x) = sum_c phi_c(x) s_c f_c(x),
+//! phi_c = (1 - r^2/R_c^2)^4, whose zeros are the surface. Charts blend only along the graph of
+//! charts that share points, so sheets that merely come close stay apart.
+
+pub(crate) mod build;
+pub(crate) mod chart;
+pub(crate) mod fit;
+pub(crate) mod polynomial;
+pub(crate) mod sheets;
+
+use crate::Vector;
+use crate::cloud::Cloud;
+use crate::error::Error;
+use crate::geodesics::Geodesics;
+use crate::guess::Guide;
+use crate::guess::graph::Graph;
+use crate::surface::level_set::{self, LevelSet};
+use crate::surface::{Geometry, Node, Surface};
+use chart::{Chart, ChartJet};
+use polynomial::Monomials;
+
+/// A chart's index: where on an atlas a node lies.
+pub type ChartIndex = u32;
+
+/// A smooth surface through a point cloud.
+pub struct Atlas<const D: usize> {
+    pub(crate) cloud: Cloud<D>,
+    pub(crate) charts: Vec<Chart<D>>,
+    /// The chart of each point of the cloud.
+    pub(crate) owners: Vec<u32>,
+    /// For each chart, the charts that may overlap its cell, nearest first, itself first.
+    pub(crate) neighbours: Lists,
+    pub(crate) monomials: Monomials,
+    pub(crate) tree: crate::spatial::tree::Tree<D>,
+}
+
+/// Lists of indices in one piece of memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lists {
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Lists {
+    pub fn from_vectors(lists: &[Vec<u32>]) -> Self {
+        let mut starts = vec![0];
+        let mut items = Vec::with_capacity(lists.iter().map(Vec::len).sum());
+        for list in lists {
+            items.extend_from_slice(list);
+            starts.push(items.len() as u32);
+        }
+        Self { starts, items }
+    }
+
+    pub fn of(&self, i: u32) -> &[u32] {
+        &self.items[self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize]
+    }
+
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+}
+
+impl<const D: usize> Atlas<D> {
+    /// The points the surface was made of.
+    #[must_use]
+    pub fn cloud(&self) -> &Cloud<D> {
+        &self.cloud
+    }
+
+    /// The node of an input row, pulled onto the surface.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchPoint`] for rows out of range or dropped, [`Error::NoFoot`] where the pull-back
+    /// does not arrive.
+    pub fn node_of_row(&self, row: usize) -> Result<Node<D, ChartIndex>, Error> {
+        let point = self.cloud.point_of_row.get(row).ok_or(Error::NoSuchPoint {
+            row,
+            reason: "the cloud has fewer rows",
+        })?;
+        let point = point.ok_or(Error::NoSuchPoint {
+            row,
+            reason: "the row was dropped because a value is not finite",
+        })?;
+        let x = self.cloud.points[point as usize];
+        self.pulled(&x, self.owners[point as usize])
+    }
+
+    /// The node nearest to a point given in the input's coordinates.
+    ///
+    /// # Errors
+    /// [`Error::NoFoot`] where the pull-back does not arrive.
+    pub fn node_near(&self, x: &Vector<D>) -> Result<Node<D, ChartIndex>, Error> {
+        let x = x - self.cloud.centre;
+        let mut found = Vec::new();
+        self.tree.nearest(&x, 1, &mut found);
+        let nearest = self.tree.order[found[0].index as usize];
+        self.pulled(&x, self.owners[nearest as usize])
+    }
+
+    fn pulled(&self, x: &Vector<D>, mut place: ChartIndex) -> Result<Node<D, ChartIndex>, Error> {
+        let mut scratch = Geometry::new(D - self.monomials.variables);
+        match self.foot(x, &mut place, &mut scratch) {
+            Some(point) => Ok(Node { point, place }),
+            None => Err(Error::NoFoot {
+                point: format!("{:?}", (x + self.cloud.centre).as_slice()),
+                reason: "it is too far from the points, or the surface is undefined there",
+            }),
+        }
+    }
+
+    /// Calls `visit` for every chart whose support holds `x`, with its weight's argument 1 - r^2/R^2;
+    /// returns whether there was one.
+    fn overlapping(
+        &self,
+        x: &Vector<D>,
+        home: ChartIndex,
+        mut visit: impl FnMut(&Chart<D>, Vector<D>, f64),
+    ) -> bool {
+        let mut any = false;
+        for index in self.neighbours.of(home) {
+            let chart = &self.charts[*index as usize];
+            let offset = x - chart.origin;
+            let inside = 1.0 - offset.norm_squared() / (chart.radius * chart.radius);
+            if inside > 0.0 {
+                any = true;
+                visit(chart, offset, inside);
+            }
+        }
+        any
+    }
+
+    /// Adds weight * chart to `out`, with derivatives of both.
+    fn blend(&self, x: &Vector<D>, home: ChartIndex, hessians: bool, out: &mut Geometry<D>) {
+        let m = out.codimension;
+        out.values.fill(0.0);
+        out.gradients.fill(Vector::zeros());
+        if hessians {
+            out.hessians.fill(crate::Matrix::zeros());
+        }
+        let home_chart = &self.charts[home as usize];
+        let mut jet = ChartJet::new();
+        let any = self.overlapping(x, home, |chart, offset, inside| {
+            chart.jet(&self.monomials, x, hessians, &mut jet);
+            let slope = -2.0 / (chart.radius * chart.radius);
+            let cubed = inside * inside * inside;
+            let weight = cubed * inside;
+            let weight_gradient = offset * (4.0 * cubed * slope);
+            for a in 0..m {
+                for b in 0..m {
+                    let alignment = alignment(home_chart, chart, a, b, m);
+                    out.values[a] += alignment * weight * jet.value[b];
+                    out.gradients[a] +=
+                        (jet.gradient[b] * weight + weight_gradient * jet.value[b]) * alignment;
+                    if hessians {
+                        let twice = 12.0 * inside * inside * slope * slope * jet.value[b];
+                        let cross = jet.gradient[b] * weight_gradient.transpose();
+                        let mut sum = jet.hessian[b] * weight
+                            + cross
+                            + cross.transpose()
+                            + offset * offset.transpose() * twice;
+                        for i in 0..D {
+                            sum[(i, i)] += 4.0 * cubed * slope * jet.value[b];
+                        }
+                        out.hessians[a] += sum * alignment;
+                    }
+                }
+            }
+        });
+        if !any {
+            home_chart.jet(&self.monomials, x, hessians, &mut jet);
+            out.values.copy_from_slice(&jet.value[..m]);
+            out.gradients.copy_from_slice(&jet.gradient[..m]);
+            if hessians {
+                out.hessians.copy_from_slice(&jet.hessian[..m]);
+            }
+        }
+    }
+}
+
+/// How normal b of a chart counts towards normal a of the home chart: the sign that turns it to the
+/// same side for one normal, the cosine for several.
+fn alignment<const D: usize>(
+    home: &Chart<D>,
+    chart: &Chart<D>,
+    a: usize,
+    b: usize,
+    m: usize,
+) -> f64 {
+    let cosine = home.frame.column(a).dot(&chart.frame.column(b));
+    if m == 1 {
+        1.0_f64.copysign(cosine)
+    } else {
+        cosine
+    }
+}
+
+impl<const D: usize> LevelSet<D> for Atlas<D> {
+    type Place = ChartIndex;
+
+    fn locate(&self, x: &Vector<D>, place: &mut ChartIndex) -> bool {
+        loop {
+            let mut nearest = *place;
+            let mut least = f64::INFINITY;
+            for index in self.neighbours.of(*place) {
+                let squared = (x - self.charts[*index as usize].origin).norm_squared();
+                if squared < least {
+                    least = squared;
+                    nearest = *index;
+                }
+            }
+            if nearest == *place {
+                let radius = self.charts[nearest as usize].radius;
+                return least <= 4.0 * radius * radius;
+            }
+            *place = nearest;
+        }
+    }
+
+    fn gradients(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) {
+        self.blend(x, place, false, out);
+    }
+
+    fn reach(&self, place: ChartIndex) -> f64 {
+        self.charts[place as usize].radius
+    }
+}
+
+impl<const D: usize> Surface<D> for Atlas<D> {
+    type Place = ChartIndex;
+
+    fn intrinsic_dimension(&self) -> usize {
+        self.monomials.variables
+    }
+
+    fn foot(
+        &self,
+        x: &Vector<D>,
+        place: &mut ChartIndex,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Vector<D>> {
+        level_set::foot(self, x, place, scratch)
+    }
+
+    fn geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
+        self.blend(x, place, true, out);
+        out.factor()
+    }
+
+    fn resolution(&self, place: ChartIndex) -> f64 {
+        self.charts[place as usize].radius
+    }
+}
+
+impl<const D: usize> Guide<D> for Atlas<D> {
+    fn entrances(&self, node: &Node<D, ChartIndex>, visit: &mut dyn FnMut(u32)) {
+        for index in self.neighbours.of(node.place) {
+            visit(*index);
+        }
+    }
+}
+
+impl<const D: usize> Geodesics<D, Atlas<D>> {
+    /// Makes an atlas ready for path queries: its charts are the nodes of Algorithm 2's graph.
+    #[must_use]
+    pub fn of_atlas(atlas: Atlas<D>) -> Self {
+        let nodes = atlas
+            .charts
+            .iter()
+            .zip(0..)
+            .map(|(chart, place)| Node {
+                point: chart.origin,
+                place,
+            })
+            .collect();
+        let lists = (0..atlas.neighbours.len() as u32).map(|i| atlas.neighbours.of(i));
+        let graph = Graph::new(nodes, lists);
+        Self::with_graph(atlas, graph)
+    }
+}

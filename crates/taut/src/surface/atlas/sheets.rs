@@ -1,0 +1,419 @@
+//! Neighbourhoods that stay on one sheet.
+//!
+//! Points near in space may belong to another layer. A neighbourhood grows outwards from a tangent
+//! plane found at the smallest scale where the points are flat; at each size the heights over the
+//! model fitted so far are sorted, and an empty interval well wider than the scatter on either side
+//! separates this sheet from the next. Noise fills such intervals, so a noisy sheet is kept whole.
+
+use crate::spatial::tree::{Neighbour, Tree};
+use crate::surface::atlas::fit::{self, Samples};
+use crate::surface::atlas::polynomial::Monomials;
+use crate::{Matrix, Vector};
+
+/// Points of one sheet around a seed.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbourhood<const D: usize> {
+    /// Points of the sheet, as tree indices, nearest first; holds the seed unless it is an outlier.
+    pub members: Vec<u32>,
+    /// Orthonormal frame: columns 0..m normal, m..D tangent.
+    pub frame: Matrix<D>,
+    /// Distance between neighbouring points.
+    pub spacing: f64,
+}
+
+/// Root of (scatter across / scatter along) below which points count as flat.
+const FLAT: f64 = 0.25;
+/// An empty interval of heights separates sheets when it is wider than this many deviations of the
+/// sheet's own heights ...
+const GAP_DEVIATIONS: f64 = 4.0;
+/// ... and than this many spacings.
+const GAP_SPACINGS: f64 = 0.4;
+
+/// Grows the sheet around the tree's point `seed` to `wanted` points; `None` where there is no
+/// tangent space (points on a line).
+pub(crate) fn grow<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    seed: u32,
+    wanted: usize,
+    found: &mut Vec<Neighbour>,
+) -> Option<Neighbourhood<D>> {
+    let origin = tree.points[seed as usize];
+    let mut reach = wanted + wanted / 4 + 12;
+    loop {
+        tree.nearest(&origin, reach, found);
+        let neighbourhood = grow_within(tree, monomials, &origin, wanted, found)?;
+        let complete = neighbourhood.members.len() >= wanted || found.len() < reach;
+        if complete || reach >= 6 * wanted {
+            return Some(neighbourhood);
+        }
+        reach *= 2;
+    }
+}
+
+fn grow_within<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    origin: &Vector<D>,
+    wanted: usize,
+    found: &[Neighbour],
+) -> Option<Neighbourhood<D>> {
+    let k = monomials.variables;
+    let point = |n: &Neighbour| tree.points[n.index as usize];
+    let spacing = spacing(found, k);
+    let (start, mut frame) = first_plane(tree, k, found)?;
+    let mut members: Vec<u32> = found[..start].iter().map(|n| n.index).collect();
+    let mut model = Model::plane(tree, &members, &frame, k);
+    let mut size = start;
+    loop {
+        size = (size + size / 2 + 1).min(found.len());
+        let mut heights: Vec<(f64, u32)> = found[..size]
+            .iter()
+            .map(|n| (model.height(monomials, origin, &frame, &point(n)), n.index))
+            .collect();
+        heights.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let kept = one_sheet(&heights, model.deviation, spacing);
+        let mut is_kept: Vec<u32> = kept.iter().map(|h| h.1).collect();
+        is_kept.sort_unstable();
+        members.clear();
+        members.extend(
+            found[..size]
+                .iter()
+                .map(|n| n.index)
+                .filter(|i| is_kept.binary_search(i).is_ok()),
+        );
+        members.truncate(wanted);
+        if members.len() <= k + 1 {
+            return None;
+        }
+        (frame, model) = Model::fit(tree, monomials, origin, &members, &frame)?;
+        if size == found.len() || members.len() >= wanted {
+            return Some(Neighbourhood {
+                members,
+                frame,
+                spacing,
+            });
+        }
+    }
+}
+
+/// The distance of neighbouring points if spread evenly, from the eighth-nearest neighbour.
+fn spacing(found: &[Neighbour], k: usize) -> f64 {
+    let last = found.len().min(9) - 1;
+    let ball = unit_ball(k);
+    found[last].squared.sqrt() * (ball / last as f64).powf(1.0 / k as f64)
+}
+
+/// Volume of the unit ball of R^k.
+pub(crate) fn unit_ball(k: usize) -> f64 {
+    match k {
+        0 => 1.0,
+        1 => 2.0,
+        _ => unit_ball(k - 2) * std::f64::consts::TAU / k as f64,
+    }
+}
+
+/// The smallest flat neighbourhood: its size, and its frame.
+fn first_plane<const D: usize>(
+    tree: &Tree<D>,
+    k: usize,
+    found: &[Neighbour],
+) -> Option<(usize, Matrix<D>)> {
+    let mut last = None;
+    let mut size = k + 4;
+    while size <= found.len().min(40) || last.is_none() {
+        let size_here = size.min(found.len());
+        let indices: Vec<u32> = found[..size_here].iter().map(|n| n.index).collect();
+        if let Some((frame, flatness)) = principal_frame(tree, &indices, k) {
+            if flatness < FLAT {
+                return Some((size_here, frame));
+            }
+            last = Some((size_here, frame));
+        }
+        if size >= found.len() {
+            break;
+        }
+        size += size / 2;
+    }
+    if k == 2
+        && D == 3
+        && let Some(plane) = consensus_plane(tree, found)
+    {
+        return Some(plane);
+    }
+    last
+}
+
+/// Frame by principal components, normals first, and its flatness; `None` where fewer than k
+/// directions have extent.
+fn principal_frame<const D: usize>(
+    tree: &Tree<D>,
+    indices: &[u32],
+    k: usize,
+) -> Option<(Matrix<D>, f64)> {
+    let count = indices.len() as f64;
+    let mean = indices.iter().fold(Vector::<D>::zeros(), |sum, i| {
+        sum + tree.points[*i as usize]
+    }) / count;
+    let mut covariance = Matrix::<D>::zeros();
+    for i in indices {
+        let offset = tree.points[*i as usize] - mean;
+        covariance += offset * offset.transpose();
+    }
+    let eigen = nalgebra::SymmetricEigen::try_new(
+        nalgebra::DMatrix::from_column_slice(D, D, covariance.as_slice()),
+        f64::EPSILON,
+        200,
+    )?;
+    let mut order: Vec<usize> = (0..D).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    let mut frame = Matrix::<D>::zeros();
+    for (column, source) in order.iter().enumerate() {
+        for row in 0..D {
+            frame[(row, column)] = eigen.eigenvectors[(row, *source)];
+        }
+    }
+    let sorted = |i: usize| eigen.eigenvalues[order[i]].max(0.0);
+    let (across, along, longest) = (sorted(D - k - 1), sorted(D - k), sorted(D - 1));
+    (along > 1e-10 * longest && longest > 0.0).then(|| (frame, (across / along).sqrt()))
+}
+
+/// A plane through the seed that holds most of its near neighbours: for points between close layers,
+/// where no neighbourhood is flat.
+fn consensus_plane<const D: usize>(
+    tree: &Tree<D>,
+    found: &[Neighbour],
+) -> Option<(usize, Matrix<D>)> {
+    let near = &found[..found.len().min(13)];
+    let offsets: Vec<Vector<D>> = near
+        .iter()
+        .map(|n| tree.points[n.index as usize] - tree.points[near[0].index as usize])
+        .collect();
+    let mut best: Option<(usize, f64, Vector<D>)> = None;
+    for a in 1..near.len().min(8) {
+        for b in 1..a {
+            let mut normal = Vector::<D>::zeros();
+            for i in 0..3 {
+                let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+                normal[i] = offsets[a][j] * offsets[b][l] - offsets[a][l] * offsets[b][j];
+            }
+            let area = normal.norm();
+            if area <= 0.3 * offsets[a].norm() * offsets[b].norm() {
+                continue;
+            }
+            normal /= area;
+            let tolerance = 0.15;
+            let inside = offsets
+                .iter()
+                .filter(|o| o.dot(&normal).abs() <= tolerance * o.norm());
+            let (count, sum) = inside.fold((0, 0.0), |(n, s), o| (n + 1, s + o.dot(&normal).abs()));
+            if best.is_none_or(|(most, least, _)| count > most || (count == most && sum < least)) {
+                best = Some((count, sum, normal));
+            }
+        }
+    }
+    let (count, _, normal) = best?;
+    if count < 6 {
+        return None;
+    }
+    // The other columns are made orthonormal by Gram-Schmidt from the axes least along the normal.
+    let mut frame = Matrix::<D>::zeros();
+    frame.set_column(0, &normal);
+    complete(&mut frame, 1);
+    Some((near.len().min(9), frame))
+}
+
+/// Fills columns from `first` on so that the matrix is orthonormal.
+pub(crate) fn complete<const D: usize>(frame: &mut Matrix<D>, first: usize) {
+    for column in first..D {
+        let mut best = Vector::<D>::zeros();
+        for axis in 0..D {
+            let mut candidate = Vector::<D>::zeros();
+            candidate[axis] = 1.0;
+            for _ in 0..2 {
+                for done in 0..column {
+                    let d = frame.column(done).into_owned();
+                    candidate -= d * d.dot(&candidate);
+                }
+            }
+            if candidate.norm_squared() > best.norm_squared() {
+                best = candidate;
+            }
+        }
+        frame.set_column(column, &best.normalize());
+    }
+}
+
+/// The run of sorted heights around the one nearest zero that no wide gap interrupts.
+fn one_sheet(heights: &[(f64, u32)], deviation: f64, spacing: f64) -> &[(f64, u32)] {
+    let gap = (GAP_DEVIATIONS * deviation).max(GAP_SPACINGS * spacing);
+    let middle = (0..heights.len())
+        .min_by(|a, b| heights[*a].0.abs().total_cmp(&heights[*b].0.abs()))
+        .unwrap_or(0);
+    let mut first = middle;
+    while first > 0 && heights[first].0 - heights[first - 1].0 <= gap {
+        first -= 1;
+    }
+    let mut last = middle;
+    while last + 1 < heights.len() && heights[last + 1].0 - heights[last].0 <= gap {
+        last += 1;
+    }
+    &heights[first..=last]
+}
+
+/// The sheet as known so far: a plane or a quadric.
+struct Model {
+    coefficients: Vec<f64>,
+    scale: f64,
+    /// Scatter of the members about it.
+    deviation: f64,
+}
+
+impl Model {
+    fn plane<const D: usize>(tree: &Tree<D>, members: &[u32], frame: &Matrix<D>, k: usize) -> Self {
+        let m = D - k;
+        let mut constants = vec![0.0; m];
+        for i in members {
+            let local =
+                frame.tr_mul(&(tree.points[*i as usize] - tree.points[members[0] as usize]));
+            for a in 0..m {
+                constants[a] += local[a] / members.len() as f64;
+            }
+        }
+        let mut model = Self {
+            coefficients: constants,
+            scale: 1.0,
+            deviation: 0.0,
+        };
+        model.deviation = model.scatter(members.iter().map(|i| {
+            let local =
+                frame.tr_mul(&(tree.points[*i as usize] - tree.points[members[0] as usize]));
+            (0..m)
+                .map(|a| (local[a] - model.coefficients[a]).powi(2))
+                .sum::<f64>()
+                .sqrt()
+        }));
+        model
+    }
+
+    /// Standard deviation by the median of absolute deviations.
+    fn scatter(&self, residuals: impl Iterator<Item = f64>) -> f64 {
+        let mut sorted: Vec<f64> = residuals.map(f64::abs).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        1.4826 * sorted[sorted.len() / 2]
+    }
+
+    /// Signed height over the model for one normal, the size of the height for several.
+    fn height<const D: usize>(
+        &self,
+        monomials: &Monomials,
+        origin: &Vector<D>,
+        frame: &Matrix<D>,
+        x: &Vector<D>,
+    ) -> f64 {
+        let k = monomials.variables;
+        let m = D - k;
+        let local = frame.tr_mul(&(x - origin));
+        let mut u = [0.0; D];
+        for j in 0..k {
+            u[j] = local[m + j] / self.scale;
+        }
+        let count = self.coefficients.len() / m;
+        // A quadric of up to 16 variables has 153 coefficients.
+        let mut values = [0.0; 160];
+        monomials.values(&u[..k], &mut values[..count]);
+        let height = |a: usize| {
+            let c = &self.coefficients[a * count..(a + 1) * count];
+            local[a] - c.iter().zip(&values).map(|(c, v)| c * v).sum::<f64>()
+        };
+        if m == 1 {
+            height(0)
+        } else {
+            (0..m).map(|a| height(a).powi(2)).sum::<f64>().sqrt()
+        }
+    }
+
+    /// Fits members: principal plane while few, then a quadric in the plane's frame turned to it.
+    fn fit<const D: usize>(
+        tree: &Tree<D>,
+        monomials: &Monomials,
+        origin: &Vector<D>,
+        members: &[u32],
+        frame: &Matrix<D>,
+    ) -> Option<(Matrix<D>, Self)> {
+        let k = monomials.variables;
+        let quadric = members.len() >= 2 * monomials.count(2);
+        let frame = if quadric {
+            *frame
+        } else {
+            principal_frame(tree, members, k)?.0
+        };
+        let samples = samples(tree, origin, members, &frame, k);
+        let fitted = if quadric {
+            fit::fit(monomials, 2, &samples.0)
+        } else {
+            None
+        };
+        let Some(fitted) = fitted else {
+            let mean_frame = frame;
+            let mut plane = Self::plane(tree, members, &mean_frame, k);
+            // Heights are measured from the origin, the plane's from its first member.
+            let shift = mean_frame.tr_mul(&(tree.points[members[0] as usize] - origin));
+            for a in 0..D - k {
+                plane.coefficients[a] += shift[a];
+            }
+            return Some((mean_frame, plane));
+        };
+        let mut model = Self {
+            coefficients: fitted.coefficients,
+            scale: samples.1,
+            deviation: 0.0,
+        };
+        model.deviation = model.scatter(
+            members
+                .iter()
+                .map(|i| model.height(monomials, origin, &frame, &tree.points[*i as usize])),
+        );
+        Some((frame, model))
+    }
+}
+
+/// Heights over tangent coordinates about `origin`, weighted towards it; and the coordinates' scale.
+pub(crate) fn samples<const D: usize>(
+    tree: &Tree<D>,
+    origin: &Vector<D>,
+    members: &[u32],
+    frame: &Matrix<D>,
+    k: usize,
+) -> (Samples, f64) {
+    let m = D - k;
+    let mut coordinates = Vec::with_capacity(members.len() * k);
+    let mut heights = Vec::with_capacity(members.len() * m);
+    let mut farthest = 0.0_f64;
+    for i in members {
+        let local = frame.tr_mul(&(tree.points[*i as usize] - origin));
+        heights.extend_from_slice(&local.as_slice()[..m]);
+        coordinates.extend_from_slice(&local.as_slice()[m..]);
+        let u = &coordinates[coordinates.len() - k..];
+        farthest = farthest.max(u.iter().map(|v| v * v).sum());
+    }
+    let scale = farthest.sqrt().max(f64::MIN_POSITIVE);
+    for value in &mut coordinates {
+        *value /= scale;
+    }
+    let weights = coordinates
+        .chunks(k)
+        .map(|u| {
+            let squared: f64 = u.iter().map(|v| v * v).sum();
+            (1.0 - 0.9 * squared).powi(2)
+        })
+        .collect();
+    (
+        Samples {
+            coordinates,
+            heights,
+            weights,
+        },
+        scale,
+    )
+}
