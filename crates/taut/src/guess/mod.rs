@@ -3,6 +3,7 @@
 pub(crate) mod dijkstra;
 pub(crate) mod graph;
 pub(crate) mod routes;
+pub mod sampling;
 
 use crate::surface::{Node, Surface};
 

@@ -103,6 +103,15 @@ impl<const D: usize> Geometry<D> {
             let row = v.transpose() * self.basis;
             self.basis -= v * row * 2.0;
         }
+        // Normals point along the gradients: R's diagonal is positive.
+        for j in 0..m {
+            if self.triangle[(j, j)] < 0.0 {
+                self.basis.column_mut(j).neg_mut();
+                for i in j..m {
+                    self.triangle[(j, i)] = -self.triangle[(j, i)];
+                }
+            }
+        }
         true
     }
 
@@ -130,6 +139,22 @@ impl<const D: usize> Geometry<D> {
             *value = -(hessian * t).dot(t);
         }
         self.pseudo_inverse(&second[..self.codimension])
+    }
+
+    /// A bound on the normal curvatures: the Frobenius norm of the second fundamental form, 1 / length.
+    #[must_use]
+    pub fn curvature_bound(&self) -> f64 {
+        let mut squares = 0.0;
+        for a in 0..self.codimension {
+            let form = self.second_form(&self.normal(a));
+            for i in self.codimension..D {
+                let bent = form * self.basis.column(i);
+                for j in self.codimension..D {
+                    squares += bent.dot(&self.basis.column(j)).powi(2);
+                }
+            }
+        }
+        squares.sqrt()
     }
 
     /// The symmetric matrix H with <g, II(u, v)> = u' H v for tangent u and v: the Hessians summed
