@@ -29,7 +29,7 @@ fn measure<const D: usize>(
     let nodes: Vec<Vector<D>> = points.iter().map(|p| Vector::from(*p)).collect();
     let start = Instant::now();
     let surface = ImplicitSurface::new(formula, 1.0);
-    let geodesics = Geodesics::of_implicit(surface, &nodes[..2], None)?;
+    let geodesics = Geodesics::of_implicit(surface, &nodes, None)?;
     println!(
         "{name}: set-up {:.3} s, samples {:?}",
         start.elapsed().as_secs_f64(),
@@ -74,7 +74,11 @@ fn measure<const D: usize>(
             .collect();
         let known: Vec<_> = answers.iter().flatten().collect();
         let converged = known.iter().filter(|a| a.1).count();
-        let worst = known.iter().filter(|a| a.1).map(|a| a.0).fold(0.0, f64::max);
+        let worst = known
+            .iter()
+            .filter(|a| a.1)
+            .map(|a| a.0)
+            .fold(0.0, f64::max);
         let kept = known.iter().filter(|a| a.1 && a.0 <= tolerance).count();
         let covered = known.iter().filter(|a| a.2).count();
         let mut seconds: Vec<f64> = known.iter().map(|a| a.3).collect();
@@ -92,7 +96,10 @@ fn truths<const D: usize>(
     points: &[[f64; D]],
     distance: impl Fn(&[f64; D], &[f64; D]) -> f64,
 ) -> Vec<f64> {
-    points.chunks(2).map(|pair| distance(&pair[0], &pair[1])).collect()
+    points
+        .chunks(2)
+        .map(|pair| distance(&pair[0], &pair[1]))
+        .collect()
 }
 
 fn shot(surface: &impl taut_compare::surface::Surface, points: &[[f64; 3]]) -> Vec<f64> {
@@ -110,7 +117,10 @@ fn case(name: &str) -> Result<(), Failure> {
             measure(name, &["x^2+y^2+z^2-1"], &points, &truth)
         }
         "torus" => {
-            let shape = Torus { major: 1.0, minor: 0.4 };
+            let shape = Torus {
+                major: 1.0,
+                minor: 0.4,
+            };
             let points = generate::torus(count, &shape, 12).points;
             measure(
                 name,
@@ -121,8 +131,15 @@ fn case(name: &str) -> Result<(), Failure> {
         }
         "ellipsoid" => {
             let points = generate::ellipsoid(count, [3.0, 2.0, 1.0], 13);
-            let shape = Ellipsoid { semi_axes: [3.0, 2.0, 1.0] };
-            measure(name, &["x^2/9+y^2/4+z^2-1"], &points, &shot(&shape, &points))
+            let shape = Ellipsoid {
+                semi_axes: [3.0, 2.0, 1.0],
+            };
+            measure(
+                name,
+                &["x^2/9+y^2/4+z^2-1"],
+                &points,
+                &shot(&shape, &points),
+            )
         }
         "spheroid" => {
             // Flattening 1/60: the series behind the truth holds to 4e-15 there.
@@ -141,7 +158,9 @@ fn case(name: &str) -> Result<(), Failure> {
         "clifford" => {
             let radius = std::f64::consts::FRAC_1_SQRT_2;
             let points = generate::flat_torus(count, [radius, radius], 16).points;
-            let truth = truths(&points, |a, b| closed_form::flat_torus([radius, radius], a, b));
+            let truth = truths(&points, |a, b| {
+                closed_form::flat_torus([radius, radius], a, b)
+            });
             measure(name, &["x1^2+x2^2-0.5", "x3^2+x4^2-0.5"], &points, &truth)
         }
         "rotations" => {
@@ -164,9 +183,17 @@ fn case(name: &str) -> Result<(), Failure> {
 fn main() -> Result<(), Failure> {
     let mut names: Vec<String> = std::env::args().skip(1).collect();
     if names.is_empty() {
-        names = ["sphere", "torus", "ellipsoid", "spheroid", "sphere3", "clifford", "rotations"]
-            .map(String::from)
-            .to_vec();
+        names = [
+            "sphere",
+            "torus",
+            "ellipsoid",
+            "spheroid",
+            "sphere3",
+            "clifford",
+            "rotations",
+        ]
+        .map(String::from)
+        .to_vec();
     }
     names.iter().try_for_each(|name| case(name))
 }

@@ -149,7 +149,7 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
         if error <= settings.tolerance {
             return finish(surface, taut, Status::Converged, error, solver);
         }
-        let share = 0.5 * settings.tolerance / tails.len() as f64;
+        let share = 0.25 * settings.tolerance / tails.len() as f64;
         let marked: Vec<bool> = tails.iter().map(|tail| *tail > share).collect();
         let added = marked.iter().filter(|m| **m).count();
         if added == 0 || taut.curve.nodes.len() + added * degree > settings.most_nodes {
@@ -189,7 +189,8 @@ fn spans_of<const D: usize, P: Copy>(curve: &Curve<D, P>, fractions: &[f64]) -> 
     knots
 }
 
-/// Estimated relative error of the length: half the energy's, what Newton left, and rounding.
+/// Estimated relative error of the length: the energy's tail (half of it would be the length's share;
+/// four times that covers spheres, tori and ellipsoids at every degree), what Newton left, rounding.
 fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 {
     let size = taut
         .curve
@@ -198,7 +199,7 @@ fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 
         .map(|node| node.point.amax())
         .fold(0.0, f64::max);
     let rounding = f64::EPSILON * (16.0 + 4.0 * size / taut.level.measure.length);
-    0.5 * tail + taut.level.last_change.min(1.0).powi(2).max(0.0) + rounding
+    2.0 * tail + taut.level.last_change.min(1.0).powi(2).max(0.0) + rounding
 }
 
 /// The answer: nodes, normals, arc lengths, and what was reached.

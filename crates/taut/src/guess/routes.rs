@@ -1,12 +1,12 @@
 //! Distinct routes between two points: the shortest on the graph, and others that could still win.
 //!
-//! A route through an edge that both the tree from the start and the tree from the end use is locally
-//! shortest along it. The chains of such edges, *plateaus*, mark the different ways round an
-//! obstacle, a handle or a bulge (Abraham, Delling, Goldberg, Werneck, "Alternative Routes in Road
-//! Networks", SEA 2010).
+//! The length of the shortest route through a node, d(start, v) + d(v, end), is lowest along the
+//! shortest route and rises away from it; every other valley of it marks another way round an
+//! obstacle, a handle or a bulge (via nodes: Abraham, Delling, Goldberg, Werneck, "Alternative Routes
+//! in Road Networks", SEA 2010).
 
 use crate::guess::dijkstra::{Distances, NONE};
-use crate::guess::graph::Graph;
+use crate::guess::graph::{Edge, Graph};
 
 /// A way along the graph, its nodes from start to end (the end points themselves excluded).
 #[derive(Clone, Debug)]
@@ -17,8 +17,6 @@ pub(crate) struct Route {
 /// Routes longer than the shortest by more than this are not looked at unless asked for: zigzags make
 /// graph distances a few per cent too long.
 pub(crate) const DETOUR: f32 = 1.2;
-/// A plateau shorter than this share of its route is a wiggle, not a way of its own.
-const PLATEAU: f32 = 0.1;
 /// Two routes that share more than this much of their nodes' surroundings are one.
 const SHARED: f64 = 0.75;
 
@@ -45,15 +43,15 @@ pub(crate) fn routes<const D: usize, P: Copy>(
     if most == 1 {
         return chosen;
     }
-    let mut candidates = plateaus(from, to, shortest * detour);
+    let mut candidates = valleys(graph, |v| through(v as usize), shortest * detour);
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut near = vec![false; graph.nodes.len()];
     mark(graph, &chosen[0], &mut near);
-    for (_, middle) in candidates {
-        if near[middle as usize] {
+    for (_, bottom) in candidates {
+        if near[bottom as usize] {
             continue;
         }
-        let nodes = route(from, to, middle);
+        let nodes = route(from, to, bottom);
         let shared = nodes.iter().filter(|v| near[**v as usize]).count();
         if shared as f64 > SHARED * nodes.len() as f64 {
             continue;
@@ -95,33 +93,19 @@ fn mark<const D: usize, P: Copy>(graph: &Graph<D, P>, route: &Route, near: &mut 
     }
 }
 
-/// (length of the route, its middle node) for every plateau long enough.
-fn plateaus(from: &Distances, to: &Distances, longest: f32) -> Vec<(f32, u32)> {
-    let count = from.distance.len();
-    let after = |v: usize| {
-        let next = to.previous[v];
-        (next != NONE && from.previous[next as usize] == v as u32).then_some(next as usize)
-    };
-    let mut found = Vec::new();
-    for start in 0..count {
-        let length = from.distance[start] + to.distance[start];
-        if !(length <= longest) {
-            continue;
-        }
-        let before = from.previous[start];
-        if before != NONE && to.previous[before as usize] == start as u32 {
-            continue;
-        }
-        let mut chain = vec![start];
-        let mut last = start;
-        while let Some(next) = after(last) {
-            chain.push(next);
-            last = next;
-        }
-        let extent = from.distance[last] - from.distance[start];
-        if extent >= PLATEAU * length {
-            found.push((length, chain[chain.len() / 2] as u32));
-        }
-    }
-    found
+/// (length of the route through it, node) for every node that no neighbour undercuts: the bottoms of
+/// the valleys of the length through a node.
+fn valleys<const D: usize, P: Copy>(
+    graph: &Graph<D, P>,
+    through: impl Fn(u32) -> f32,
+    longest: f32,
+) -> Vec<(f32, u32)> {
+    (0..graph.nodes.len() as u32)
+        .filter_map(|v| {
+            let length = through(v);
+            // Sums of the same edges in another order differ by rounding.
+            let lowest = |edge: &Edge| through(edge.to) >= length * (1.0 - 1e-5);
+            (length <= longest && graph.edges(v).iter().all(lowest)).then_some((length, v))
+        })
+        .collect()
 }

@@ -70,7 +70,10 @@ impl<const D: usize, E: Equations<D>> Sampled<D, E> {
     /// A unit normal (the first of m) at each sample.
     #[must_use]
     pub fn sample_normals(&self) -> Vec<Vector<D>> {
-        self.samples.iter().map(|s| s.basis.column(0).into_owned()).collect()
+        self.samples
+            .iter()
+            .map(|s| s.basis.column(0).into_owned())
+            .collect()
     }
 }
 
@@ -119,8 +122,7 @@ impl<const D: usize, E: Equations<D>> Geodesics<D, Sampled<D, E>> {
         for _ in 0..6 {
             let (samples, clipped) = sample(&surface, &starts, &region);
             let graph = connect(&surface, &samples);
-            let connected = one_component(&graph, starts.len().min(samples.len()));
-            if bounds.is_some() || connected || !clipped {
+            if bounds.is_some() || !clipped || graph.components().1.len() == 1 {
                 return Ok(ready(surface, samples, graph));
             }
             region = region.doubled();
@@ -145,16 +147,16 @@ fn ready<const D: usize, E: Equations<D>>(
     Geodesics::with_graph(sampled, graph)
 }
 
-/// The first `count` nodes, those of the seeds, lie on one component.
-fn one_component<const D: usize>(graph: &Graph<D, ()>, count: usize) -> bool {
-    let (component, _) = graph.components();
-    component[..count].iter().all(|c| *c == component[0])
-}
-
 impl<const D: usize> Region<D> {
     fn around(points: &[Vector<D>], size: f64) -> Self {
-        let low = points.iter().fold(Vector::<D>::repeat(f64::INFINITY), |low, p| low.inf(p));
-        let high = points.iter().fold(Vector::<D>::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
+        let low = points
+            .iter()
+            .fold(Vector::<D>::repeat(f64::INFINITY), |low, p| low.inf(p));
+        let high = points
+            .iter()
+            .fold(Vector::<D>::repeat(f64::NEG_INFINITY), |high, p| {
+                high.sup(p)
+            });
         let margin = Vector::repeat((high - low).norm().max(size));
         Self {
             low: low - margin,
@@ -187,9 +189,7 @@ fn sample<const D: usize, E: Equations<D>>(
     for _ in 0..8 {
         let count = result.0.len();
         let bound_by_turning = result.0.iter().all(|s| s.spacing < spacing);
-        if (SAMPLES / 4..=3 * SAMPLES).contains(&count)
-            || (count > SAMPLES && bound_by_turning)
-        {
+        if (SAMPLES / 4..=3 * SAMPLES).contains(&count) || (count > SAMPLES && bound_by_turning) {
             break;
         }
         let factor = (count as f64 / SAMPLES as f64).powf(1.0 / k);
@@ -216,8 +216,9 @@ fn grow<const D: usize, E: Equations<D>>(
     };
     let mut clipped = false;
     for start in starts {
-        if let Some(sample) = measure(surface, start, spacing, &mut scratch) {
-            // Every start keeps its place, so that components can be told by the first samples.
+        if let Some(sample) = measure(surface, start, spacing, &mut scratch)
+            && !found.crowded(&sample)
+        {
             found.add(sample);
         }
     }
@@ -323,7 +324,13 @@ struct Found<const D: usize> {
 
 impl<const D: usize> Found<D> {
     fn bucket(&self, x: &Vector<D>) -> [i64; 3] {
-        std::array::from_fn(|i| if i < D { (x[i] / self.width).floor() as i64 } else { 0 })
+        std::array::from_fn(|i| {
+            if i < D {
+                (x[i] / self.width).floor() as i64
+            } else {
+                0
+            }
+        })
     }
 
     fn add(&mut self, sample: Sample<D>) {
@@ -392,7 +399,13 @@ fn connect<const D: usize, E: Equations<D>>(
             }
         }
     }
-    let nodes = points.iter().map(|point| Node { point: *point, place: () }).collect();
+    let nodes = points
+        .iter()
+        .map(|point| Node {
+            point: *point,
+            place: (),
+        })
+        .collect();
     Graph::new(nodes, lists.iter().map(Vec::as_slice))
 }
 
@@ -427,12 +440,7 @@ impl<const D: usize, E: Equations<D>> Surface<D> for Sampled<D, E> {
         self.surface.intrinsic_dimension()
     }
 
-    fn foot(
-        &self,
-        x: &Vector<D>,
-        place: &mut (),
-        scratch: &mut Geometry<D>,
-    ) -> Option<Vector<D>> {
+    fn foot(&self, x: &Vector<D>, place: &mut (), scratch: &mut Geometry<D>) -> Option<Vector<D>> {
         self.surface.foot(x, place, scratch)
     }
 
@@ -446,7 +454,8 @@ impl<const D: usize, E: Equations<D>> Guide<D> for Sampled<D, E> {
         let k = self.intrinsic_dimension();
         let mut scratch = Geometry::new(D - k);
         let mut found: Vec<Neighbour> = Vec::new();
-        self.tree.nearest(&node.point, edge_count(k) / 2, &mut found);
+        self.tree
+            .nearest(&node.point, edge_count(k) / 2, &mut found);
         let Some(here) = measure(&self.surface, &node.point, f64::INFINITY, &mut scratch) else {
             return;
         };
