@@ -4,18 +4,29 @@ use crate::error::{Fault, quoted};
 
 const NUMBER_REMEDY: &str = "write numbers with a decimal point, such as -1.5e-3";
 
-/// The bytes as text, without a byte-order mark.
+/// A file's bytes as text, without a byte-order mark.
 pub(crate) fn as_text(bytes: &[u8]) -> Result<&str, Fault> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    const MARK: &[u8] = b"\xef\xbb\xbf";
+    let start = if bytes.starts_with(MARK) {
+        MARK.len()
+    } else {
+        0
+    };
+    text_behind(bytes, start)
+}
+
+/// The bytes of a file from `start` on as text.
+pub(crate) fn text_behind(file: &[u8], start: usize) -> Result<&str, Fault> {
     let not_text = |offset: usize| {
         Fault::byte(
-            offset as u64,
+            (start + offset) as u64,
             "bytes that are not text",
             "UTF-8 or ASCII",
             "save the file as UTF-8, or name its format with --format NAME if it is binary",
         )
     };
-    let text = std::str::from_utf8(bytes).map_err(|error| not_text(error.valid_up_to()))?;
+    let text =
+        std::str::from_utf8(&file[start..]).map_err(|error| not_text(error.valid_up_to()))?;
     match text.find('\0') {
         Some(offset) => Err(not_text(offset)),
         None => Ok(text),

@@ -1,5 +1,7 @@
 //! No bytes whatever make a reader panic, hang, or ask for memory that the file does not justify.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::io::Cursor;
 use std::sync::LazyLock;
 
@@ -38,14 +40,17 @@ fn feed(name: &str, bytes: &[u8]) {
     }
 }
 
-fn las(compressed: bool) -> Vec<u8> {
-    let mut builder = las::Builder::from((1, 4));
-    builder.point_format = las::point::Format::new(6).unwrap();
+/// Nine points of the point format 1 (LAS 1.2) or 6 (LAS 1.4).
+fn las(format: u8, compressed: bool) -> Vec<u8> {
+    let mut builder = las::Builder::from((1, if format < 6 { 2 } else { 4 }));
+    builder.point_format = las::point::Format::new(format).unwrap();
     builder.point_format.is_compressed = compressed;
-    builder.evlrs.push(las::Vlr {
-        data: vec![1; 9],
-        ..las::Vlr::default()
-    });
+    if format >= 6 {
+        builder.evlrs.push(las::Vlr {
+            data: vec![1; 9],
+            ..las::Vlr::default()
+        });
+    }
     let mut writer =
         las::Writer::new(Cursor::new(Vec::new()), builder.into_header().unwrap()).unwrap();
     for index in 0..9 {
@@ -141,11 +146,36 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         ("pcd", pcd("ascii", b"1 2 3\n")),
         ("pcd", pcd("binary", &[0; 12])),
         ("pcd", pcd("binary_compressed", &compressed)),
-        ("las", las(false)),
-        ("las", las(true)),
+        ("las", las(6, false)),
+        ("las", las(6, true)),
+        ("las", las(1, false)),
+        ("las", las(1, true)),
         ("e57", e57()),
         ("npy", written("npy")),
     ]
+}
+
+/// Renews the sum of each of an E57 file's pages, so that what was changed reaches the reader.
+fn reseal(bytes: &mut [u8]) {
+    const PAGE: usize = 1024;
+    const CASTAGNOLI: u32 = 0x82f6_3b78;
+    for page in bytes.chunks_exact_mut(PAGE) {
+        let (data, sum) = page.split_at_mut(PAGE - 4);
+        let crc = !data.iter().fold(u32::MAX, |crc, byte| {
+            let byte_in = crc ^ u32::from(*byte);
+            (0..8).fold(byte_in, |crc, _| {
+                crc >> 1 ^ if crc & 1 == 1 { CASTAGNOLI } else { 0 }
+            })
+        });
+        sum.copy_from_slice(&crc.to_be_bytes());
+    }
+}
+
+#[test]
+fn resealing_changes_nothing_in_a_whole_file() {
+    let mut bytes = e57();
+    reseal(&mut bytes);
+    assert_eq!(bytes, e57());
 }
 
 #[test]
@@ -181,11 +211,36 @@ fn poses_move_points_and_invalid_ones_are_left_out() {
 fn las_keeps_nine_points_compressed_or_not() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("points.las");
-    for compressed in [false, true] {
-        std::fs::write(&file, las(compressed)).unwrap();
+    for (format, compressed) in [(1, false), (1, true), (6, false), (6, true)] {
+        std::fs::write(&file, las(format, compressed)).unwrap();
         let points = read(&file, &ReadOptions::default()).unwrap();
         assert_eq!(points.rows(), 9);
         assert_eq!(points.coordinates[15..18], [5.0, 25.0, 0.5]);
+    }
+}
+
+#[test]
+fn chunk_tables_that_end_too_soon_are_told() {
+    let name = b"laszip encoded";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.laz");
+    for (format, count) in [(1, 107), (6, 247)] {
+        let mut bytes = las(format, true);
+        let vlr = bytes
+            .windows(name.len())
+            .position(|word| word == name)
+            .unwrap();
+        // Behind the record's reserved number and name: the rest of its header, then 12 bytes before the chunk size.
+        let chunk_size = vlr - 2 + 54 + 12;
+        bytes[chunk_size..chunk_size + 4].fill(0xff);
+        bytes[107] = 0;
+        bytes[count] = 200;
+        bytes.extend([0; 4096]);
+        std::fs::write(&file, bytes).unwrap();
+        let error = read(&file, &ReadOptions::default()).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("declared 200"), "{message}");
+        println!("{message}");
     }
 }
 
@@ -206,6 +261,9 @@ proptest! {
         for (place, value) in changes {
             let place = place.index(bytes.len());
             bytes[place] = value;
+        }
+        if name == "e57" {
+            reseal(&mut bytes);
         }
         if let Some(end) = end {
             bytes.truncate(end.index(bytes.len() + 1));

@@ -1,5 +1,7 @@
 //! What is written reads back to the same bits.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::fs;
 use std::path::Path;
 

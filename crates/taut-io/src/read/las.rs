@@ -2,9 +2,13 @@
 //!
 //! Records are parsed by the `las` crate, in blocks: it would ask for the memory of every declared point at once. Before
 //! it sees the file, the header's counts and lengths are compared with the file's length, since it trusts them too.
+//! `laz`, which unpacks LAZ, was seen to panic on damaged files: on items that do not add up to a record (checked here
+//! before) and on chunk tables that end too soon (turned into an error by [`unpacking`]).
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io::{Read, Seek, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::error::{Fault, quoted};
 use crate::point_set::PointSet;
@@ -34,9 +38,14 @@ where
     let raw = RawHeader::parse(&mut source)?;
     raw.check(&mut source, length)?;
     source.rewind()?;
-    let mut reader = las::Reader::new(source)
-        .map_err(|error| Fault::byte(0, error.to_string(), "a LAS header", EXPORT_REMEDY))?;
-    check_transforms(reader.header())?;
+    let header = las::Header::new(&mut source).map_err(|error| wrong_header(&error))?;
+    check_transforms(&header)?;
+    if raw.is_compressed {
+        check_items(&header)?;
+    }
+    source.rewind()?;
+    let mut reader =
+        unpacking(|| las::Reader::new(source)).map_err(|found| wrong_header(&found))?;
     let mut selection = Selection::new(classes);
     let block = (BLOCK / raw.record).max(1);
     let mut row = 0;
@@ -49,9 +58,7 @@ where
                 EXPORT_REMEDY,
             )
         };
-        let records = reader
-            .read_points(block)
-            .map_err(|error| cut_off(error.to_string()))?;
+        let records = unpacking(|| reader.read_points(block)).map_err(cut_off)?;
         if records.is_empty() {
             return Err(cut_off("the end of the points".to_owned()));
         }
@@ -59,6 +66,18 @@ where
         row += records.len();
     }
     selection.finish(raw.points_offset)
+}
+
+fn wrong_header(found: &dyn Display) -> Fault {
+    Fault::byte(0, found.to_string(), "a LAS header", EXPORT_REMEDY)
+}
+
+/// Runs a part of the `las` crate that may panic on damaged compressed points, and answers its error in words.
+fn unpacking<T>(run: impl FnOnce() -> las::Result<T>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(result) => result.map_err(|error| error.to_string()),
+        Err(_) => Err("compressed points that cannot be unpacked".to_owned()),
+    }
 }
 
 impl RawHeader {
@@ -168,6 +187,10 @@ impl RawHeader {
         let mut table = read_u64(source, self.points_offset)?;
         if table as i64 <= self.points_offset as i64 {
             table = read_u64(source, length.saturating_sub(8))?;
+            if table as i64 <= self.points_offset as i64 {
+                // A stream without a table: its chunks are read one after the other.
+                return Ok(());
+            }
         }
         let places = table.saturating_sub(self.points_offset) / self.record;
         let chunks = match table.checked_add(8).is_some_and(|end| end <= length) {
@@ -231,6 +254,36 @@ fn check_transforms(header: &las::Header) -> Result<(), Fault> {
         }
     }
     Ok(())
+}
+
+/// Compares the items of which a compressed record is said to consist with those that the point format demands.
+fn check_items(header: &las::Header) -> Result<(), Fault> {
+    let items = |header: &las::Header| {
+        let laszip = header
+            .vlrs()
+            .iter()
+            .rfind(|vlr| las::laz::is_laszip_vlr(vlr))?;
+        let count = usize::from(u16::from_le_bytes(*laszip.data.get(32..)?.first_chunk()?));
+        let (items, _) = laszip.data.get(34..)?.as_chunks::<6>();
+        // Type and size; the version behind them is the compression's own affair.
+        let named: Vec<[u8; 4]> = items
+            .get(..count)?
+            .iter()
+            .map(|item| [item[0], item[1], item[2], item[3]])
+            .collect();
+        Some(named)
+    };
+    let mut plain = header.clone();
+    let demanded = plain.add_laz_vlr().ok().and_then(|()| items(&plain));
+    if items(header) == demanded {
+        return Ok(());
+    }
+    Err(Fault::byte(
+        104,
+        "a LASzip record that is absent or does not describe this point format",
+        format!("the parts of {}", header.point_format()),
+        EXPORT_REMEDY,
+    ))
 }
 
 /// The points of the wanted classes.

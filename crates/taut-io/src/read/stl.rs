@@ -16,9 +16,13 @@ const TRIANGLE: usize = 50;
 
 pub(super) fn read(bytes: Vec<u8>) -> Result<PointSet, Fault> {
     let mut weld = Weld::default();
+    let is_text = bytes.starts_with(b"solid");
     let triangles = match declared_triangles(&bytes) {
         Some(count) if bytes.len() == BODY + count * TRIANGLE => read_binary(bytes, &mut weld)?,
-        _ if bytes.starts_with(b"solid") => read_text(&bytes, &mut weld)?,
+        Some(count) if !is_text && bytes.len() > BODY + count * TRIANGLE => {
+            read_binary(bytes, &mut weld)?
+        }
+        _ if is_text => read_text(&bytes, &mut weld)?,
         declared => return Err(wrong_length(&bytes, declared)),
     };
     let mut points = PointSet::three_dimensional(weld.coordinates, None);

@@ -1,6 +1,7 @@
 //! CSV: one line of names, one line a node.
 
 use std::io::{self, Write};
+use std::iter;
 
 use super::{Polyline, Samples, column_names, have_normals, write_row};
 
@@ -14,12 +15,9 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
         for node in 0..path.nodes() {
             let normal = path.normal(node).filter(|_| normals).unwrap_or_default();
             write!(out, "{index}{SEPARATOR}")?;
-            let values = [path.arc_length[node]].into_iter();
-            write_row(
-                out,
-                SEPARATOR,
-                values.chain(path.point(node).iter().chain(normal).copied()),
-            )?;
+            let position = path.point(node).iter().chain(normal).copied();
+            let values = iter::once(path.arc_length[node]).chain(position);
+            write_row(out, SEPARATOR, values)?;
             writeln!(out)?;
         }
     }
@@ -40,9 +38,5 @@ pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Re
 }
 
 fn header(dimension: usize, normals: bool) -> String {
-    let mut names = column_names(["x", "y", "z"], "x", dimension);
-    if normals {
-        names.extend(column_names(["nx", "ny", "nz"], "n", dimension));
-    }
-    names.join(",")
+    column_names(dimension, normals).join(",")
 }

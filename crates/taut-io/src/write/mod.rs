@@ -242,12 +242,17 @@ fn write_row(
     Ok(())
 }
 
-/// The names of the columns of a point or a normal: `three` where there are three, numbered otherwise.
-fn column_names(three: [&str; 3], letter: &str, dimension: usize) -> Vec<String> {
-    match dimension {
+/// The names of the columns of a point, and of its normal behind it: x, y, z in space, x1 .. xd otherwise.
+fn column_names(dimension: usize, normals: bool) -> Vec<String> {
+    let names = |three: [&str; 3], letter: &str| match dimension {
         3 => three.map(str::to_owned).to_vec(),
         _ => (1..=dimension)
             .map(|axis| format!("{letter}{axis}"))
             .collect(),
+    };
+    let mut columns = names(["x", "y", "z"], "x");
+    if normals {
+        columns.extend(names(["nx", "ny", "nz"], "n"));
     }
+    columns
 }

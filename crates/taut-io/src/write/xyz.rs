@@ -6,10 +6,7 @@ use super::{Samples, column_names, write_row};
 
 pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
     if samples.dimension != 3 {
-        let mut names = column_names(["x", "y", "z"], "x", samples.dimension);
-        if samples.normals.is_some() {
-            names.extend(column_names(["nx", "ny", "nz"], "n", samples.dimension));
-        }
+        let names = column_names(samples.dimension, samples.normals.is_some());
         writeln!(out, "{}", names.join(" "))?;
     }
     for (point, normal) in samples.rows() {

@@ -3,7 +3,7 @@
 use super::header::{Data, Field, Header};
 use super::lzf;
 use crate::error::Fault;
-use crate::text::{as_text, number};
+use crate::text::{number, text_behind};
 
 const EXPORT_REMEDY: &str = "the file is cut off or its header is wrong: export it again";
 
@@ -11,7 +11,7 @@ const EXPORT_REMEDY: &str = "the file is cut off or its header is wrong: export 
 pub(super) fn decode(bytes: &[u8], header: &Header) -> Result<[Vec<f64>; 2], Fault> {
     let body = &bytes[header.body_offset..];
     match header.data {
-        Data::Ascii => decode_text(body, header),
+        Data::Ascii => decode_text(text_behind(bytes, header.body_offset)?, header),
         Data::Binary => {
             if body.len() / header.record < header.points {
                 return Err(too_short(bytes.len(), body.len(), header));
@@ -118,8 +118,7 @@ fn decompress(body: &[u8], header: &Header) -> Result<Vec<u8>, Fault> {
     })
 }
 
-fn decode_text(body: &[u8], header: &Header) -> Result<[Vec<f64>; 2], Fault> {
-    let text = as_text(body)?;
+fn decode_text(text: &str, header: &Header) -> Result<[Vec<f64>; 2], Fault> {
     let mut lines = text
         .lines()
         .enumerate()

@@ -298,24 +298,16 @@ fn fields(raw: &Raw<'_>, names: &[&str]) -> Result<Vec<Field>, Fault> {
     Ok(fields)
 }
 
+/// POINTS decides where writers disagree with themselves; old files have only WIDTH and HEIGHT.
 fn point_count(raw: &Raw<'_>) -> Result<usize, Fault> {
-    let grid = raw.number("WIDTH")?.checked_mul(raw.number("HEIGHT")?);
-    let entry = match raw.entry("POINTS") {
-        Ok(entry) => entry,
-        Err(_) => raw.entry("HEIGHT")?,
-    };
-    let points = match entry.key {
-        "POINTS" => raw.number("POINTS")?,
-        _ => grid.unwrap_or(usize::MAX),
-    };
-    if grid != Some(points) {
-        return Err(wrong(
-            entry.line,
-            format!("{points} points"),
-            "WIDTH times HEIGHT",
-        ));
+    if raw.entry("POINTS").is_ok() {
+        return raw.number("POINTS");
     }
-    Ok(points)
+    let (width, height) = (raw.number("WIDTH")?, raw.number("HEIGHT")?);
+    width.checked_mul(height).ok_or_else(|| {
+        let found = format!("a grid of {width} by {height} points");
+        wrong(raw.lines, found, "a grid that fits in memory")
+    })
 }
 
 fn data(raw: &Raw<'_>) -> Result<Data, Fault> {

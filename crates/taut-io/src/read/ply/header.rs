@@ -1,0 +1,123 @@
+//! The header of a PLY file.
+
+use std::collections::HashSet;
+
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyType};
+
+use super::EXPORT_REMEDY;
+use super::body::Skipped;
+use crate::error::{Fault, quoted};
+
+/// The header's meaning.
+pub(super) struct Layout<'a> {
+    pub(super) encoding: Encoding,
+    pub(super) vertex: &'a ElementDef,
+    /// The elements whose records stand before the vertices.
+    pub(super) before: Vec<&'a ElementDef>,
+    pub(super) has_normals: bool,
+    /// Number of records behind the vertices or before them, with the element's name.
+    pub(super) ignored: Vec<(usize, &'a str)>,
+}
+
+pub(super) fn read_header(reader: &mut Reader<&[u8]>, bytes: &[u8]) -> Result<Header, Fault> {
+    let header = Parser::<Skipped>::new().read_header(reader).map_err(|error| {
+        let line = error.line().unwrap_or(1);
+        let found = bytes.split(|byte| *byte == b'\n').nth(line - 1).unwrap_or_default();
+        let expected = match line {
+            1 => "the word ply",
+            _ => "a line of a PLY header (format, comment, element, property) and end_header at its end",
+        };
+        Fault::line(line, quoted(&String::from_utf8_lossy(found)), expected, EXPORT_REMEDY)
+    })?;
+    refuse_repeated_names(&bytes[..bytes.len() - reader.get_ref().len()])?;
+    Ok(header)
+}
+
+/// The header's maps keep one of two properties of the same name, which would shift every value behind it.
+fn refuse_repeated_names(text: &[u8]) -> Result<(), Fault> {
+    let mut elements = HashSet::new();
+    let mut properties = HashSet::new();
+    for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
+        let mut words = line
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty());
+        let is_new = match words.next() {
+            Some(b"element") => {
+                properties.clear();
+                words.next().is_none_or(|name| elements.insert(name))
+            }
+            Some(b"property") => words.next_back().is_none_or(|name| properties.insert(name)),
+            _ => true,
+        };
+        if !is_new {
+            return Err(Fault::line(
+                index + 1,
+                quoted(&String::from_utf8_lossy(line)),
+                "a name of its own for every element and property",
+                "rename or remove the second one",
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl<'a> Layout<'a> {
+    pub(super) fn of(header: &'a Header) -> Result<Self, Fault> {
+        let names: Vec<&str> = header.elements.keys().map(String::as_str).collect();
+        let Some((position, _, vertex)) = header.elements.get_full("vertex") else {
+            return Err(Fault::line(
+                1,
+                format!("the elements {names:?}"),
+                "an element named vertex",
+                "export the file with its vertices",
+            ));
+        };
+        let scalar = |name: &str| {
+            let property = vertex.properties.get(name)?;
+            matches!(property.data_type, PropertyType::Scalar(_)).then_some(())
+        };
+        if let Some(missing) = ["x", "y", "z"]
+            .into_iter()
+            .find(|name| scalar(name).is_none())
+        {
+            let found: Vec<&str> = vertex.properties.keys().map(String::as_str).collect();
+            return Err(Fault::line(
+                1,
+                format!("the vertex properties {found:?}"),
+                format!("x, y and z, each a number ({missing} is missing)"),
+                "export the file with all three coordinates",
+            ));
+        }
+        let before: Vec<&ElementDef> = header.elements.values().take(position).collect();
+        if let Some(element) = before
+            .iter()
+            .find(|element| element.properties.is_empty() && element.count > 0)
+        {
+            return Err(Fault::line(
+                1,
+                format!(
+                    "the element {:?} of {} records without properties",
+                    element.name, element.count
+                ),
+                "at least one property",
+                EXPORT_REMEDY,
+            ));
+        }
+        let ignored = header
+            .elements
+            .values()
+            .filter(|element| element.name != "vertex");
+        Ok(Self {
+            encoding: header.encoding,
+            vertex,
+            before,
+            has_normals: ["nx", "ny", "nz"]
+                .into_iter()
+                .all(|name| scalar(name).is_some()),
+            ignored: ignored
+                .map(|element| (element.count, element.name.as_str()))
+                .collect(),
+        })
+    }
+}
