@@ -12,8 +12,8 @@ use crate::scene::{is_finite, subtract};
 /// Neighbours of which the covariance gives the normal.
 const NEIGHBOURS: usize = 12;
 /// The disc reaches to this neighbour: on uniform random samples discs of that size leave about
-/// 3 of 10,000 surface points uncovered.
-const COVERING_NEIGHBOUR: usize = 8;
+/// one surface point in 500 uncovered.
+const COVERING_NEIGHBOUR: usize = 7;
 /// Where the points lie on a curve, this neighbour is the next one along it.
 const NEXT_ON_CURVE: usize = 2;
 /// Neighbours lie on a curve where their second variance is this share of the first or less.

@@ -25,6 +25,12 @@ const CREASE_SAMPLES: usize = 8;
 const CREASE_BIAS: f32 = 0.12;
 /// Darkness where ambient light is blocked on all sides, as an exponent.
 const DARKENING: f32 = 2.4;
+/// Width in pixels of the dark line along an edge, on the surface behind it, and its darkness.
+const EDGE_WIDTH: f32 = 1.3;
+const EDGE_DARKNESS: f32 = 0.4;
+/// An edge shows where a surface rises this many disc radii over what lies behind, and fully at
+/// twice as many.
+const EDGE_RISE: f32 = 1.5;
 /// How much the farthest surface fades into the background.
 const HAZE: f32 = 0.22;
 
@@ -83,6 +89,7 @@ struct Light<'a> {
     crease_strength: f32,
     /// Offsets in samples, for each reach.
     offsets: [[[i32; 2]; CREASE_SAMPLES]; 2],
+    edge_offsets: [[i32; 2]; CREASE_SAMPLES],
     reaches: [f32; 2],
     nearest: f32,
     haze_per_depth: f32,
@@ -101,6 +108,7 @@ impl<'a> Light<'a> {
             background: coded(style.background).map(decode),
             crease_strength: style.crease_strength.clamp(0.0, 4.0) as f32,
             offsets: std::array::from_fn(|ring| ring_offsets(reaches[ring], ring)),
+            edge_offsets: ring_offsets(EDGE_WIDTH * surface.samples as f32, 0),
             reaches,
             nearest,
             haze_per_depth: HAZE / (farthest - nearest).max(1.0),
@@ -170,36 +178,53 @@ impl<'a> Light<'a> {
             }
         }
         let share = blocked / (2 * CREASE_SAMPLES) as f32;
-        (-DARKENING * self.crease_strength * share).exp()
+        let edge = (EDGE_DARKNESS * self.crease_strength * self.edge(place)).min(1.0);
+        (-DARKENING * self.crease_strength * share).exp() * (1.0 - edge)
     }
 
-    /// How much the surface at an offset rises over the tangent plane at `place`, less for
+    /// How much of an edge lies just beside `place`, from 0 to 1.
+    fn edge(&self, place: usize) -> f32 {
+        let surfel = &self.surface.surfels[place];
+        let highest = self
+            .edge_offsets
+            .iter()
+            .filter_map(|&offset| self.offset_to(place, offset))
+            .map(|offset| over_plane(surfel, offset))
+            .fold(0.0, f32::max);
+        let rise = (self.surface.samples as f32).max(EDGE_RISE * surfel.radius);
+        (highest / rise - 1.0).clamp(0.0, 1.0)
+    }
+
+    /// How steeply the surface at an offset rises over the tangent plane at `place`, less for
     /// farther away.
-    fn blocked(&self, place: usize, [dx, dy]: [i32; 2], reach: f32) -> f32 {
-        let surface = self.surface;
-        let (column, row) = (place % surface.width, place / surface.width);
-        let other_column = column.checked_add_signed(dx as isize);
-        let other_row = row.checked_add_signed(dy as isize);
-        let (Some(x), Some(y)) = (other_column, other_row) else {
+    fn blocked(&self, place: usize, offset: [i32; 2], reach: f32) -> f32 {
+        let Some(offset) = self.offset_to(place, offset) else {
             return 0.0;
         };
-        if x >= surface.width || y >= surface.height {
-            return 0.0;
-        }
-        let rise = surface.depth[place] - surface.depth[y * surface.width + x];
-        if rise == f32::NEG_INFINITY {
-            return 0.0;
-        }
-        let (dx, dy) = (dx as f32, dy as f32);
-        let square = dx * dx + dy * dy + rise * rise;
-        if square <= 0.0 {
-            return 0.0;
-        }
-        let normal = surface.surfels[place].normal;
-        let over = (normal[0] * dx + normal[1] * dy + normal[2] * rise) / square.sqrt();
+        let square = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+        let over = over_plane(&self.surface.surfels[place], offset) / square.sqrt();
         let near = 1.0 / (1.0 + square / (4.0 * reach * reach));
         (over - CREASE_BIAS).max(0.0) * near
     }
+
+    /// The vector from `place` to the surface some samples away, if there is any.
+    fn offset_to(&self, place: usize, [dx, dy]: [i32; 2]) -> Option<[f32; 3]> {
+        let surface = self.surface;
+        let (column, row) = (place % surface.width, place / surface.width);
+        let x = column.checked_add_signed(dx as isize)?;
+        let y = row.checked_add_signed(dy as isize)?;
+        if x >= surface.width || y >= surface.height || (dx == 0 && dy == 0) {
+            return None;
+        }
+        let rise = surface.depth[place] - surface.depth[y * surface.width + x];
+        rise.is_finite().then_some([dx as f32, dy as f32, rise])
+    }
+}
+
+/// Height over a tangent plane.
+fn over_plane(surfel: &Surfel, offset: [f32; 3]) -> f32 {
+    let [nx, ny, nz] = surfel.normal;
+    nx * offset[0] + ny * offset[1] + nz * offset[2]
 }
 
 /// Diffuse and glossy light that a surface sends to the viewer.

@@ -15,7 +15,7 @@ const SMALLEST_RADIUS: f32 = 0.75;
 const SAME_SURFACE: f32 = 1.0;
 /// The share of a disc's radius that covers what lies behind it; the rest only smooths. So the
 /// rim of a sheet is less of a scallop.
-const COVERING: f32 = 0.85;
+const COVERING: f32 = 0.95;
 /// Discs whose normal is this far from the line of sight (cosine) are steep.
 const STEEP: f32 = 0.5;
 /// How far behind the front, in their radii, steep discs are taken for its far side.
@@ -54,6 +54,8 @@ struct Splat {
     depth: f32,
     radius: f32,
     normal: [f32; 3],
+    /// Growth of the depth per sample to the right and down.
+    slope: [f32; 2],
     colour: [u8; 3],
 }
 
@@ -170,13 +172,17 @@ fn project(scene: &Scene, camera: &Camera, samples: usize, index: usize) -> Opti
     let factor = samples as f64;
     let place = camera.project(point).map(|c| (c * factor) as f32);
     let radius = (scene.radius(index) * camera.pixels_per_unit() * factor) as f32;
+    let radius = radius.max(SMALLEST_RADIUS);
+    let normal = scene
+        .normal(index)
+        .map_or([0.0, 0.0, 1.0], |normal| facing(camera.view().turn(normal)));
+    let steepest = normal[2].max((EDGE_ON / radius).min(1.0));
     Some(Splat {
         centre: [place[0], place[1]],
         depth: place[2],
-        radius: radius.max(SMALLEST_RADIUS),
-        normal: scene
-            .normal(index)
-            .map_or([0.0, 0.0, 1.0], |normal| facing(camera.view().turn(normal))),
+        radius,
+        normal,
+        slope: [normal[0] / steepest, normal[1] / steepest],
         colour: scene.colour(index),
     })
 }
@@ -191,7 +197,7 @@ fn facing(normal: [f64; 3]) -> [f32; 3] {
 fn assign_to_bands(splats: &[Splat], height: usize) -> Vec<Vec<u32>> {
     let mut bands = vec![Vec::new(); height.div_ceil(BAND)];
     for (splat, index) in splats.iter().zip(0..) {
-        let Some((first, last)) = splat.span(1, height) else {
+        let Some((first, last)) = splat.rows(height) else {
             continue;
         };
         for band in &mut bands[first / BAND..=last / BAND] {
@@ -202,21 +208,31 @@ fn assign_to_bands(splats: &[Splat], height: usize) -> Vec<Vec<u32>> {
 }
 
 impl Splat {
-    /// First and last sample along an axis (0: columns, 1: rows) that the disc may touch.
-    fn span(&self, axis: usize, size: usize) -> Option<(usize, usize)> {
-        let tilt = self.normal[axis];
-        let reach = (self.radius * (1.0 - tilt * tilt).max(0.0).sqrt()).max(EDGE_ON);
-        let first = (self.centre[axis] - reach - 0.5).ceil().max(0.0);
-        let last = (self.centre[axis] + reach - 0.5)
-            .floor()
-            .min(size as f32 - 1.0);
-        (first <= last).then_some((first as usize, last as usize))
+    /// First and last row that the disc may touch.
+    fn rows(&self, height: usize) -> Option<(usize, usize)> {
+        let tilt = self.normal[1];
+        let reach = self.radius * (1.0 - tilt * tilt).max(0.0).sqrt();
+        samples_between(self.centre[1], reach.max(EDGE_ON), height)
+    }
+
+    /// First and last column of a row, `dy` below the middle, that the disc touches: a quadratic
+    /// inequality for the offset from the middle.
+    fn columns(&self, dy: f32, width: usize) -> Option<(usize, usize)> {
+        let [sx, sy] = self.slope;
+        let square = 1.0 + sx * sx;
+        let half_linear = dy * sx * sy;
+        let constant = dy * dy * (1.0 + sy * sy) - self.radius * self.radius;
+        let discriminant = half_linear * half_linear - square * constant;
+        if discriminant < 0.0 {
+            return None;
+        }
+        let middle = self.centre[0] - half_linear / square;
+        samples_between(middle, discriminant.sqrt() / square, width)
     }
 
     /// How much deeper the disc is at an offset from its middle.
     fn rise(&self, dx: f32, dy: f32) -> f32 {
-        let [nx, ny, nz] = self.normal;
-        (nx * dx + ny * dy) / nz.max((EDGE_ON / self.radius).min(1.0))
+        self.slope[0] * dx + self.slope[1] * dy
     }
 
     /// Calls `hit(place, depth, weight)` for the samples of a band inside the disc; places count
@@ -228,24 +244,33 @@ impl Splat {
         height: usize,
         mut hit: impl FnMut(usize, f32, f32),
     ) {
-        let (Some(columns), Some(rows)) = (self.span(0, width), self.span(1, height)) else {
+        let Some((first, last)) = self.rows(height) else {
             return;
         };
         let (top, bottom) = (band * BAND, (band + 1) * BAND - 1);
         let per_square = 1.0 / (self.radius * self.radius);
-        for row in rows.0.max(top)..=rows.1.min(bottom) {
+        for row in first.max(top)..=last.min(bottom) {
             let dy = row as f32 + 0.5 - self.centre[1];
-            for column in columns.0..=columns.1 {
+            let Some((left, right)) = self.columns(dy, width) else {
+                continue;
+            };
+            for column in left..=right {
                 let dx = column as f32 + 0.5 - self.centre[0];
                 let rise = self.rise(dx, dy);
-                let share = (dx * dx + dy * dy + rise * rise) * per_square;
-                if share < 1.0 {
-                    let weight = (1.0 - share) * (1.0 - share);
-                    hit((row - top) * width + column, self.depth + rise, weight);
+                let open = 1.0 - (dx * dx + dy * dy + rise * rise) * per_square;
+                if open > 0.0 {
+                    hit((row - top) * width + column, self.depth + rise, open * open);
                 }
             }
         }
     }
+}
+
+/// First and last sample whose middle is at most `reach` from `middle`.
+fn samples_between(middle: f32, reach: f32, count: usize) -> Option<(usize, usize)> {
+    let first = (middle - reach - 0.5).ceil().max(0.0);
+    let last = (middle + reach - 0.5).floor().min(count as f32 - 1.0);
+    (first <= last).then_some((first as usize, last as usize))
 }
 
 /// Sums over the discs that make up the surface at a sample.

@@ -15,6 +15,9 @@ const CELLS: f64 = 120.0;
 const POINTS: usize = 60_000;
 /// Places looked at along all paths together.
 const STEPS: usize = 600;
+/// The elevations tried (their sines).
+const HIGHEST: f64 = 0.85;
+const LOWEST: f64 = -0.25;
 /// The elevation over the horizon (its sine) that pictures are usually taken from.
 const USUAL_ELEVATION: f64 = 0.45;
 /// How much of the score is lost for each squared unit of distance from it.
@@ -48,10 +51,10 @@ pub(crate) fn best_direction(scene: &Scene, up: [f64; 3]) -> Result<[f64; 3], Dr
     Ok(best.map_or(upright.toward, |(_, direction)| direction))
 }
 
-/// Evenly spread directions (a Fibonacci spiral), from the zenith to a little below the horizon.
+/// Evenly spread directions (a Fibonacci spiral), from well above the horizon to a little below.
 fn spiral(number: usize, upright: &View) -> [f64; 3] {
     let share = (number as f64 + 0.5) / DIRECTIONS as f64;
-    let height = 1.0 - 1.3 * share;
+    let height = HIGHEST - (HIGHEST - LOWEST) * share;
     let across = (1.0 - height * height).sqrt();
     let turn = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let (sine, cosine) = turn.sin_cos();
