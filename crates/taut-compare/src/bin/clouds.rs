@@ -142,6 +142,20 @@ fn measure(name: &str, case: &Case, tolerance: f64) -> Result<(), Box<dyn std::e
         worst.sort_by(|a, b| b.0.total_cmp(&a.0));
         for w in worst.iter().take(8) {
             println!("   {w:?}");
+            let atlas = geodesics.surface();
+            if let (Ok(from), Ok(to)) = (atlas.node_of_row(w.4[0]), atlas.node_of_row(w.4[1])) {
+                for path in geodesics.alternatives(&from, &to, &settings, 5) {
+                    println!(
+                        "      {} {} steps {} error {:.1e} curvature {:.1e} stable {}",
+                        path.length,
+                        path.status,
+                        path.steps,
+                        path.length_error,
+                        path.max_geodesic_curvature,
+                        path.stable
+                    );
+                }
+            }
         }
     }
     Ok(())

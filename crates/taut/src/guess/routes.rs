@@ -18,7 +18,7 @@ pub(crate) struct Route {
 /// graph distances a few per cent too long.
 pub(crate) const DETOUR: f32 = 1.2;
 /// Two routes that share more than this much of their nodes' surroundings are one.
-const SHARED: f64 = 0.75;
+const SHARED: f64 = 0.85;
 
 /// Up to `most` distinct routes, shortest first, at most `detour` times as long as the shortest.
 pub(crate) fn routes<const D: usize, P: Copy>(
@@ -83,11 +83,13 @@ fn route(from: &Distances, to: &Distances, middle: u32) -> Vec<u32> {
     nodes
 }
 
-/// Marks the nodes of a route and their neighbours.
+/// Marks the nodes of a route and their nearer neighbours.
 fn mark<const D: usize, P: Copy>(graph: &Graph<D, P>, route: &Route, near: &mut [bool]) {
     for v in &route.nodes {
         near[*v as usize] = true;
-        for edge in graph.edges(*v) {
+        let edges = graph.edges(*v);
+        let mean = edges.iter().map(|e| e.length).sum::<f32>() / edges.len().max(1) as f32;
+        for edge in edges.iter().filter(|e| e.length <= mean) {
             near[edge.to as usize] = true;
         }
     }

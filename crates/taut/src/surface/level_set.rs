@@ -20,6 +20,8 @@ pub(crate) trait LevelSet<const D: usize> {
 }
 
 const MOST_STEPS: usize = 40;
+/// Steps shorter than this share of the reach no longer change the place.
+const SETTLED: f64 = 1e-4;
 
 /// Newton-Raphson to the surface, x <- x - J^+ F (12): quadratic, and for one equation the paper's
 /// x - F grad F / |grad F|^2. Stops when a step no longer moves `x` beyond rounding.
@@ -32,7 +34,9 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
     let mut x = *x;
     let mut last = f64::INFINITY;
     for _ in 0..MOST_STEPS {
-        if !level_set.locate(&x, place) {
+        // Near the foot the place is kept: the equations of two places differ by a little, and
+        // Newton would go to and fro between them.
+        if last > SETTLED * level_set.reach(*place) && !level_set.locate(&x, place) {
             return None;
         }
         level_set.gradients(&x, *place, workspace);

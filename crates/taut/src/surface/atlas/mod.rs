@@ -1,8 +1,8 @@
 //! The atlas: a point cloud as a smooth implicit surface.
 //!
 //! Cells of the search tree are split by sheet; each part gets a [chart](chart::Chart), a polynomial
-//! height over its tangent plane, and the charts are blended into G(x) = sum_c phi_c(x) s_c f_c(x),
-//! phi_c = (1 - r^2/R_c^2)^4, whose zeros are the surface. Charts blend only along the graph of
+//! height over its tangent plane, and the charts are blended into F(x) = sum_c phi_c(x) s_c f_c(x) /
+//! sum_c phi_c(x), phi_c = (1 - r^2/R_c^2)^4, whose zeros are the surface. Charts blend only along the graph of
 //! charts that share points, so sheets that merely come close stay apart.
 
 pub(crate) mod build;
@@ -11,7 +11,6 @@ pub(crate) mod fit;
 pub(crate) mod polynomial;
 pub(crate) mod sheets;
 
-use crate::Vector;
 use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::geodesics::Geodesics;
@@ -19,6 +18,7 @@ use crate::guess::Guide;
 use crate::guess::graph::Graph;
 use crate::surface::level_set::{self, LevelSet};
 use crate::surface::{Geometry, Node, Surface};
+use crate::{Matrix, Vector};
 use chart::{Chart, ChartJet};
 use polynomial::Monomials;
 
@@ -133,39 +133,35 @@ impl<const D: usize> Atlas<D> {
         any
     }
 
-    /// Adds weight * chart to `out`, with derivatives of both.
+    /// The blend F = sum_c phi_c s_c f_c / sum_c phi_c with its derivatives, of the charts known at
+    /// `home`; beyond all supports the home chart alone.
     fn blend(&self, x: &Vector<D>, home: ChartIndex, hessians: bool, out: &mut Geometry<D>) {
         let m = out.codimension;
         out.values.fill(0.0);
         out.gradients.fill(Vector::zeros());
         if hessians {
-            out.hessians.fill(crate::Matrix::zeros());
+            out.hessians.fill(Matrix::zeros());
         }
         let home_chart = &self.charts[home as usize];
         let mut jet = ChartJet::new();
+        let mut total = Weight::zero();
         let any = self.overlapping(x, home, |chart, offset, inside| {
             chart.jet(&self.monomials, x, hessians, &mut jet);
-            let slope = -2.0 / (chart.radius * chart.radius);
-            let cubed = inside * inside * inside;
-            let weight = cubed * inside;
-            let weight_gradient = offset * (4.0 * cubed * slope);
+            let weight = Weight::new(inside, &offset, chart.radius);
+            total.add(&weight);
             for a in 0..m {
                 for b in 0..m {
                     let alignment = alignment(home_chart, chart, a, b, m);
-                    out.values[a] += alignment * weight * jet.value[b];
+                    let value = alignment * jet.value[b];
+                    out.values[a] += weight.value * value;
                     out.gradients[a] +=
-                        (jet.gradient[b] * weight + weight_gradient * jet.value[b]) * alignment;
+                        jet.gradient[b] * (alignment * weight.value) + weight.gradient * value;
                     if hessians {
-                        let twice = 12.0 * inside * inside * slope * slope * jet.value[b];
-                        let cross = jet.gradient[b] * weight_gradient.transpose();
-                        let mut sum = jet.hessian[b] * weight
+                        let cross = jet.gradient[b] * weight.gradient.transpose() * alignment;
+                        out.hessians[a] += jet.hessian[b] * (alignment * weight.value)
                             + cross
                             + cross.transpose()
-                            + offset * offset.transpose() * twice;
-                        for i in 0..D {
-                            sum[(i, i)] += 4.0 * cubed * slope * jet.value[b];
-                        }
-                        out.hessians[a] += sum * alignment;
+                            + weight.hessian * value;
                     }
                 }
             }
@@ -177,7 +173,58 @@ impl<const D: usize> Atlas<D> {
             if hessians {
                 out.hessians.copy_from_slice(&jet.hessian[..m]);
             }
+            return;
         }
+        let inverse = 1.0 / total.value;
+        for a in 0..m {
+            let value = out.values[a] * inverse;
+            let gradient = (out.gradients[a] - total.gradient * value) * inverse;
+            if hessians {
+                let cross = gradient * total.gradient.transpose();
+                out.hessians[a] -= cross + cross.transpose() + total.hessian * value;
+                out.hessians[a] *= inverse;
+            }
+            out.values[a] = value;
+            out.gradients[a] = gradient;
+        }
+    }
+}
+
+/// A chart's weight phi = (1 - r^2/R^2)^4 and its derivatives.
+struct Weight<const D: usize> {
+    value: f64,
+    gradient: Vector<D>,
+    hessian: Matrix<D>,
+}
+
+impl<const D: usize> Weight<D> {
+    fn zero() -> Self {
+        Self {
+            value: 0.0,
+            gradient: Vector::zeros(),
+            hessian: Matrix::zeros(),
+        }
+    }
+
+    /// From `inside` = 1 - r^2/R^2 > 0 and the offset from the chart's origin.
+    fn new(inside: f64, offset: &Vector<D>, radius: f64) -> Self {
+        let slope = -2.0 / (radius * radius);
+        let squared = inside * inside;
+        let mut hessian = offset * offset.transpose() * (12.0 * squared * slope * slope);
+        for i in 0..D {
+            hessian[(i, i)] += 4.0 * squared * inside * slope;
+        }
+        Self {
+            value: squared * squared,
+            gradient: offset * (4.0 * squared * inside * slope),
+            hessian,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.value += other.value;
+        self.gradient += other.gradient;
+        self.hessian += other.hessian;
     }
 }
 
