@@ -1,1 +1,57 @@
-fn main() {}
+//! The command `taut`: raw flags, checked settings, the library, and what it answers as text.
+
+mod answer;
+mod check;
+mod clouds;
+mod demo;
+mod equations;
+mod exit;
+mod flags;
+mod output;
+mod path;
+mod picture;
+mod progress;
+mod settings;
+mod surface;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use exit::{Exit, Failure};
+use flags::{Command, Flags};
+use progress::Progress;
+
+fn main() -> ExitCode {
+    let flags = Flags::parse();
+    let exit = run(flags).unwrap_or_else(|failure| {
+        if failure.exit() != Exit::Success {
+            progress::say(&failure.to_string());
+        }
+        failure.exit()
+    });
+    exit.into()
+}
+
+fn run(flags: Flags) -> Result<Exit, Failure> {
+    let count = flags.threads.map_or(0, std::num::NonZeroUsize::get);
+    let threads = rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build()
+        .map_err(|error| Failure::Threads { count, error })?;
+    let progress = Progress::new(flags.quiet);
+    threads.install(|| match flags.command {
+        Command::Path(flags) => path::run(&flags.try_into()?, &progress),
+        Command::Check(flags) => check::run(&flags.try_into()?, &progress),
+        Command::Demo(flags) => demo::run(&flags, &progress),
+        Command::Completions { shell } => completions(shell),
+    })
+}
+
+fn completions(shell: clap_complete::Shell) -> Result<Exit, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Flags::command(), "taut", &mut script);
+    std::io::stdout().write_all(&script)?;
+    Ok(Exit::Success)
+}

@@ -1,0 +1,109 @@
+//! What a query found, its dimension forgotten: numbers in the units and coordinates of the input.
+
+use taut::Vector;
+use taut::result::{Path, Status};
+
+use crate::exit::Exit;
+use crate::settings::End;
+
+/// A start or end point on the surface.
+pub struct LocatedEnd {
+    /// As the user named it.
+    pub named: End,
+    /// Its coordinates on the surface.
+    pub point: Vec<f64>,
+    /// How far it was moved onto the surface.
+    pub moved: f64,
+}
+
+/// A path found, or the word that there is none.
+pub struct FoundPath {
+    pub status: Status,
+    /// None where there is no path.
+    pub length: Option<f64>,
+    pub length_error: Option<f64>,
+    pub surface_error: Option<f64>,
+    pub stable: bool,
+    pub max_geodesic_curvature: Option<f64>,
+    pub max_off_surface: Option<f64>,
+    pub steps: usize,
+    /// Row-major, nodes x dimension.
+    pub points: Vec<f64>,
+    /// As `points`.
+    pub normals: Vec<f64>,
+    /// Length up to each node.
+    pub arc_length: Vec<f64>,
+}
+
+/// The answer for one pair of ends.
+pub struct Answer {
+    pub ends: [LocatedEnd; 2],
+    /// The shortest path.
+    pub path: FoundPath,
+    /// Further paths, shortest first.
+    pub alternatives: Vec<FoundPath>,
+}
+
+impl Answer {
+    pub fn exit(&self) -> Exit {
+        match self.path.status {
+            Status::Converged => Exit::Success,
+            Status::NoPath => Exit::NoPath,
+            Status::NotTaut | Status::NotResolved | Status::OffSurface => Exit::NotConverged,
+        }
+    }
+
+    /// All paths, shortest first.
+    pub fn paths(&self) -> impl Iterator<Item = &FoundPath> {
+        std::iter::once(&self.path).chain(&self.alternatives)
+    }
+}
+
+impl FoundPath {
+    /// Moves a path by `centre` and keeps the first `dimension` coordinates.
+    pub fn new<const D: usize>(path: &Path<D>, centre: &Vector<D>, dimension: usize) -> Self {
+        let exists = path.status != Status::NoPath;
+        let known = |value: f64| (exists && value.is_finite()).then_some(value);
+        Self {
+            status: path.status,
+            length: known(path.length),
+            length_error: known(path.length_error),
+            surface_error: known(path.surface_error),
+            stable: path.stable,
+            max_geodesic_curvature: known(path.max_geodesic_curvature),
+            max_off_surface: known(path.max_off_surface),
+            steps: path.steps,
+            points: flat(&path.points, centre, dimension),
+            normals: flat(&path.normals, &Vector::zeros(), dimension),
+            arc_length: path.arc_length.clone(),
+        }
+    }
+
+    pub fn nodes(&self) -> usize {
+        self.arc_length.len()
+    }
+}
+
+/// Vectors moved by `origin`, row-major, without the padding behind the first `dimension` coordinates.
+pub fn flat<const D: usize>(
+    vectors: &[Vector<D>],
+    origin: &Vector<D>,
+    dimension: usize,
+) -> Vec<f64> {
+    let moved = vectors.iter().map(|vector| vector + origin);
+    moved
+        .flat_map(|vector| coordinates(&vector, dimension))
+        .collect()
+}
+
+/// The first `dimension` coordinates; those behind are padding.
+pub fn coordinates<const D: usize>(vector: &Vector<D>, dimension: usize) -> Vec<f64> {
+    vector.as_slice()[..dimension].to_vec()
+}
+
+/// A point in the engine's size, padded with zeros.
+pub fn padded<const D: usize>(point: &[f64]) -> Vector<D> {
+    let mut vector = Vector::<D>::zeros();
+    vector.as_mut_slice()[..point.len()].copy_from_slice(point);
+    vector
+}

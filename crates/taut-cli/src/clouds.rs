@@ -1,0 +1,228 @@
+//! Point clouds made ready: files read, surfaces put through their points.
+
+use rayon::prelude::*;
+use taut::Vector;
+use taut::cloud::Cloud;
+use taut::error::Error;
+use taut::geodesics::Geodesics;
+use taut::surface::Node;
+use taut::surface::atlas::Atlas;
+use taut::surface::mls::MovingLeastSquares;
+use taut_io::PointSet;
+
+use crate::answer::padded;
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::settings::{CloudSettings, End, Model, Reconstruction};
+use crate::surface::{Locate, Located, Prepared, Samples, with_size};
+
+/// Reads a file, puts a surface through its points and locates the pairs on it.
+pub fn prepare(
+    settings: &CloudSettings,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    let points = read(settings, progress)?;
+    let name = settings.file.display().to_string();
+    of_points(&name, &points, settings.model, pairs, progress)
+}
+
+/// Reads the points of a file and passes on the reader's notes.
+pub fn read(settings: &CloudSettings, progress: &Progress) -> Result<PointSet, Failure> {
+    progress.step(format!("reading {}", settings.file.display()));
+    let points = taut_io::read(&settings.file, &settings.options)?;
+    for note in &points.notes {
+        progress.note(&format!("{}: {note}", settings.file.display()));
+    }
+    Ok(points)
+}
+
+/// A surface through points, with pairs located on it; `name` is what errors call the points.
+pub fn of_points(
+    name: &str,
+    points: &PointSet,
+    model: Model,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    match (model.reconstruction, points.dimension) {
+        (Reconstruction::Atlas, dimension) => {
+            with_size!(dimension, of_atlas(name, points, model, pairs, progress))
+        }
+        (Reconstruction::Mls, 2 | 3) => of_mls(name, points, model, pairs, progress),
+        (Reconstruction::Mls, found) => Err(Failure::Usage(format!(
+            "--surface mls: found points of {found} coordinates, expected 2 or 3; leave it out"
+        ))),
+    }
+}
+
+/// A smooth surface through points.
+pub fn atlas<const D: usize>(
+    name: &str,
+    points: &PointSet,
+    dimension: Option<usize>,
+    progress: &Progress,
+) -> Result<Atlas<D>, Failure> {
+    let refused = |error| Failure::Surface {
+        surface: name.to_owned(),
+        error,
+    };
+    progress.step(format!("surface of {} points", points.rows()));
+    let intrinsic = intrinsic_dimension::<D>(dimension, points.dimension)?;
+    let cloud = Cloud::new(&points.coordinates, points.dimension).map_err(refused)?;
+    Atlas::new(cloud, intrinsic).map_err(refused)
+}
+
+fn intrinsic_dimension<const D: usize>(
+    asked: Option<usize>,
+    dimension: usize,
+) -> Result<usize, Failure> {
+    let most = dimension.min(D - 1);
+    match asked {
+        Some(found) if (1..=most).contains(&found) => Ok(found),
+        Some(found) => Err(Failure::Usage(format!(
+            "--dimension: found {found}, expected 1 to {most} for points of {dimension} coordinates"
+        ))),
+        None if dimension <= 3 => Ok(2),
+        None => Err(Failure::Usage(format!(
+            "points of {dimension} coordinates may lie on a surface of dimension 1 to {most}; name it with --dimension"
+        ))),
+    }
+}
+
+fn of_atlas<const D: usize>(
+    name: &str,
+    points: &PointSet,
+    model: Model,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    let atlas = atlas::<D>(name, points, model.dimension, progress)?;
+    note_dropped(name, atlas.cloud(), progress);
+    let pairs = in_rows_kept(pairs, points)?;
+    let geodesics = Geodesics::of_atlas(atlas);
+    Ok(Box::new(Located::new(geodesics, points.dimension, pairs)?))
+}
+
+fn of_mls(
+    name: &str,
+    points: &PointSet,
+    model: Model,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    let atlas = atlas::<3>(name, points, model.dimension, progress)?;
+    note_dropped(name, atlas.cloud(), progress);
+    let pairs = in_rows_kept(pairs, points)?;
+    let geodesics = Geodesics::of_mls(atlas, None)
+        .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+    Ok(Box::new(Located::new(geodesics, points.dimension, pairs)?))
+}
+
+fn note_dropped<const D: usize>(name: &str, cloud: &Cloud<D>, progress: &Progress) {
+    let (non_finite, duplicates) = (cloud.non_finite, cloud.duplicates);
+    if non_finite > 0 {
+        progress.note(&format!(
+            "{name}: {non_finite} points dropped because a coordinate is not finite"
+        ));
+    }
+    if duplicates > 0 {
+        progress.note(&format!(
+            "{name}: {duplicates} points share their place with another and count once"
+        ));
+    }
+}
+
+/// Turns rows of the file into rows of what was read of it.
+fn in_rows_kept(pairs: Vec<[End; 2]>, points: &PointSet) -> Result<Vec<[End; 2]>, Failure> {
+    let Some(kept) = &points.rows_kept else {
+        return Ok(pairs);
+    };
+    let position = |end: &End| {
+        match end {
+        End::Row(row) => kept.binary_search(row).map(End::Row).map_err(|_| Failure::End {
+            end: end.to_string(),
+            reason: "the row is not among those read (left out by --class, marked invalid, or past the end)".to_owned(),
+        }),
+        End::Point(_) => Ok(end.clone()),
+    }
+    };
+    pairs
+        .iter()
+        .map(|[from, to]| Ok([position(from)?, position(to)?]))
+        .collect()
+}
+
+impl<const D: usize> Locate<D> for Atlas<D> {
+    fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error> {
+        let node = match end {
+            End::Row(row) => self.node_of_row(*row)?,
+            End::Point(point) => self.node_near(&padded(point))?,
+        };
+        Ok((node, moved(self.cloud(), end, &node.point)))
+    }
+
+    fn centre(&self) -> Vector<D> {
+        self.cloud().centre
+    }
+
+    fn samples(&self) -> Samples<D> {
+        Samples::of_cloud(self.cloud())
+    }
+}
+
+impl<const D: usize> Locate<D> for MovingLeastSquares<D> {
+    fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error> {
+        let node = match end {
+            End::Row(row) => self.node_of_row(*row)?,
+            End::Point(point) => self.node_near(&padded(point))?,
+        };
+        Ok((node, moved(self.atlas().cloud(), end, &node.point)))
+    }
+
+    fn centre(&self) -> Vector<D> {
+        self.atlas().cloud().centre
+    }
+
+    fn samples(&self) -> Samples<D> {
+        Samples::of_cloud(self.atlas().cloud())
+    }
+}
+
+/// How far an end was moved onto the surface of a cloud.
+fn moved<const D: usize>(cloud: &Cloud<D>, end: &End, point: &Vector<D>) -> f64 {
+    let given = match end {
+        End::Row(row) => match cloud.point_of_row.get(*row) {
+            Some(Some(index)) => cloud.points[*index as usize],
+            _ => *point,
+        },
+        End::Point(given) => padded::<D>(given) - cloud.centre,
+    };
+    (point - given).norm()
+}
+
+impl<const D: usize> Samples<D> {
+    fn of_cloud(cloud: &Cloud<D>) -> Self {
+        Self {
+            points: cloud.points.clone(),
+            discs: None,
+        }
+    }
+}
+
+/// The number of points on each component of a cloud's surface, largest first.
+pub fn component_points<const D: usize>(atlas: Atlas<D>) -> Vec<usize> {
+    let rows: Vec<u32> = atlas.cloud().rows.clone();
+    let geodesics = Geodesics::of_atlas(atlas);
+    let components = rows.par_iter().filter_map(|row| {
+        let node = geodesics.surface().node_of_row(*row as usize).ok()?;
+        Some(geodesics.components()[node.place as usize])
+    });
+    let mut counts = vec![0; geodesics.component_sizes().len()];
+    for component in components.collect::<Vec<u32>>() {
+        counts[component as usize] += 1;
+    }
+    counts.retain(|count| *count > 0);
+    counts.sort_unstable_by_key(|count| std::cmp::Reverse(*count));
+    counts
+}

@@ -1,0 +1,298 @@
+//! Surfaces F(x) = 0 made ready: written equations and named shapes.
+
+use rayon::prelude::*;
+use taut::error::Error;
+use taut::geodesics::Geodesics;
+use taut::guess::sampling::Sampled;
+use taut::surface::implicit::{Equations, ImplicitSurface};
+use taut::surface::shapes::Shape;
+use taut::surface::{Geometry, Node, Surface};
+use taut::{Matrix, Vector};
+use taut_formula::Formula;
+
+use crate::answer::{coordinates, padded};
+use crate::check::Facts;
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::settings::{Bounds, End, EquationSettings, Law};
+use crate::surface::{Locate, Located, Prepared, Samples, corners, with_size};
+
+/// Equations of either kind, for as many variables as the engine's vectors have.
+pub enum System {
+    Formula(Box<Formula>),
+    Shape(Shape),
+}
+
+impl<const D: usize> Equations<D> for System {
+    fn count(&self) -> usize {
+        match self {
+            Self::Formula(formula) => Equations::<D>::count(&**formula),
+            Self::Shape(shape) => Equations::<D>::count(shape),
+        }
+    }
+
+    fn gradients(&self, x: &Vector<D>, values: &mut [f64], gradients: &mut [Vector<D>]) {
+        match self {
+            Self::Formula(formula) => formula.gradients(x, values, gradients),
+            Self::Shape(shape) => shape.gradients(x, values, gradients),
+        }
+    }
+
+    fn hessians(
+        &self,
+        x: &Vector<D>,
+        values: &mut [f64],
+        gradients: &mut [Vector<D>],
+        hessians: &mut [Matrix<D>],
+    ) {
+        match self {
+            Self::Formula(formula) => formula.hessians(x, values, gradients, hessians),
+            Self::Shape(shape) => shape.hessians(x, values, gradients, hessians),
+        }
+    }
+}
+
+/// The sampling grows from at most so many of the pairs' ends.
+const MOST_SEEDS: usize = 128;
+/// The box of a shape is widened by this share of its size, so that the surface lies inside.
+const SLACK: f64 = 0.01;
+
+/// Makes the surface ready and locates the pairs on it.
+pub fn prepare(
+    settings: &EquationSettings,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    with_size!(settings.dimension, located(settings, pairs, progress))
+}
+
+fn located<const D: usize>(
+    settings: &EquationSettings,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    let ends = points_of(&pairs, settings.dimension)?;
+    let stride = ends.len().div_ceil(MOST_SEEDS).max(1);
+    let seeds: Vec<Vector<D>> = ends
+        .iter()
+        .step_by(stride)
+        .map(|point| padded(point))
+        .collect();
+    let geodesics = sampled(settings, &ends, &seeds, progress)?;
+    Ok(Box::new(Located::new(
+        geodesics,
+        settings.dimension,
+        pairs,
+    )?))
+}
+
+/// Where a surface is looked for when nothing says where it is.
+const SEARCHED: f64 = 2.0;
+/// Points from which it is looked for.
+const TRIES: usize = 64;
+
+/// What is known of the surface without a query.
+pub fn facts(settings: &EquationSettings, progress: &Progress) -> Result<Facts, Failure> {
+    with_size!(settings.dimension, facts_in(settings, progress))
+}
+
+fn facts_in<const D: usize>(
+    settings: &EquationSettings,
+    progress: &Progress,
+) -> Result<Facts, Failure> {
+    let region = bounds(settings, &[]).unwrap_or_else(|| Bounds {
+        low: vec![-SEARCHED; settings.dimension],
+        high: vec![SEARCHED; settings.dimension],
+    });
+    let seeds: Vec<Vector<D>> = match &settings.law {
+        Law::Shape(shape) => shape.seeds().iter().map(|seed| padded(seed)).collect(),
+        Law::Texts(_) => feet(settings, &region)?,
+    };
+    if seeds.is_empty() {
+        return Err(Failure::Usage(format!(
+            "{}: no point of the surface found between {:?} and {:?}; say where it lies with --bounds",
+            settings.law, region.low, region.high
+        )));
+    }
+    let geodesics = sampled(settings, &[&region.low, &region.high], &seeds, progress)?;
+    let samples = geodesics.surface().samples();
+    let (low, high) = corners(&samples);
+    Ok(Facts {
+        surface: settings.law.to_string(),
+        coordinates: settings.dimension,
+        dimension: Surface::intrinsic_dimension(geodesics.surface()),
+        points: None,
+        low: coordinates(&low, settings.dimension),
+        high: coordinates(&high, settings.dimension),
+        components: geodesics.component_sizes().to_vec(),
+        warnings: Vec::new(),
+    })
+}
+
+/// Points of the surface within a region, from tries spread over it.
+fn feet<const D: usize>(
+    settings: &EquationSettings,
+    region: &Bounds,
+) -> Result<Vec<Vector<D>>, Failure> {
+    let surface = ImplicitSurface::new(system::<D>(settings)?, region.diagonal());
+    let mut scratch = Geometry::new(Equations::<D>::count(surface.equations()));
+    let (low, high): (Vector<D>, Vector<D>) = (padded(&region.low), padded(&region.high));
+    let tries = (0..TRIES)
+        .map(|i| low + (high - low).component_mul(&spread::<D>(i).map(|v| 0.5 + 0.5 * v)));
+    let feet = tries.filter_map(|start| surface.foot(&start, &mut (), &mut scratch));
+    Ok(feet
+        .filter(|foot| region.holds(&foot.as_slice()[..settings.dimension]))
+        .collect())
+}
+
+/// Samples the surface from `seeds`; the extent of `points` tells the scale where nothing else does.
+fn sampled<const D: usize>(
+    settings: &EquationSettings,
+    points: &[&[f64]],
+    seeds: &[Vector<D>],
+    progress: &Progress,
+) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
+    progress.step("sampling the surface");
+    let bounds = bounds(settings, points);
+    let size = match &bounds {
+        Some(bounds) => bounds.diagonal(),
+        None => extent(points),
+    };
+    let surface = ImplicitSurface::new(system::<D>(settings)?, size);
+    let bounds = bounds.map(|bounds| (padded(&bounds.low), padded(&bounds.high)));
+    Geodesics::of_implicit(surface, seeds, bounds).map_err(|error| Failure::Surface {
+        surface: settings.law.to_string(),
+        error,
+    })
+}
+
+/// The equations for vectors of size D: surplus variables are 0.
+fn system<const D: usize>(settings: &EquationSettings) -> Result<System, Failure> {
+    match &settings.law {
+        Law::Shape(shape) => Ok(System::Shape(shape.clone())),
+        Law::Texts(texts) => {
+            let surplus = (settings.dimension + 1..=D).map(|index| format!("x{index} = 0"));
+            let texts: Vec<String> = texts.iter().cloned().chain(surplus).collect();
+            let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+            let formula = Formula::parse(&texts, Some(D))?;
+            Ok(System::Formula(Box::new(formula)))
+        }
+    }
+}
+
+/// The ends' coordinates; a row of a file means nothing here.
+fn points_of<'a>(pairs: &'a [[End; 2]], dimension: usize) -> Result<Vec<&'a [f64]>, Failure> {
+    let point = |end: &'a End| match end {
+        End::Point(point) if point.len() == dimension => Ok(point.as_slice()),
+        _ => Err(Failure::End {
+            end: end.to_string(),
+            reason: format!("expected {dimension} coordinates, as the equations have variables"),
+        }),
+    };
+    pairs.iter().flatten().map(point).collect()
+}
+
+/// The part of space to sample: as given, or the box of a shape if it holds all points.
+fn bounds(settings: &EquationSettings, points: &[&[f64]]) -> Option<Bounds> {
+    let Law::Shape(shape) = &settings.law else {
+        return settings.bounds.clone();
+    };
+    let slack = SLACK * shape.size();
+    let (low, high) = shape.region();
+    let region = Bounds {
+        low: low.iter().map(|v| v - slack).collect(),
+        high: high.iter().map(|v| v + slack).collect(),
+    };
+    let closed = shape.bounds().is_some();
+    (closed || points.iter().all(|point| region.holds(point))).then_some(region)
+}
+
+/// A length of the order of the region that the points span.
+fn extent(points: &[&[f64]]) -> f64 {
+    let largest = points
+        .iter()
+        .copied()
+        .flatten()
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
+    match points.split_first() {
+        Some((first, rest)) => {
+            let mut span = Bounds {
+                low: first.to_vec(),
+                high: first.to_vec(),
+            };
+            for point in rest {
+                for (i, value) in point.iter().enumerate() {
+                    span.low[i] = span.low[i].min(*value);
+                    span.high[i] = span.high[i].max(*value);
+                }
+            }
+            let candidates = [span.diagonal(), largest, 1.0];
+            candidates
+                .into_iter()
+                .find(|size| *size > 0.0)
+                .unwrap_or(1.0)
+        }
+        None => 1.0,
+    }
+}
+
+/// Points about each sample of the graph for a picture; how far out and how large their discs are, in
+/// distances between samples.
+const SPRINKLED: usize = 100;
+const SPREAD: f64 = 1.2;
+const DISC: f64 = 0.2;
+
+impl<const D: usize> Locate<D> for Sampled<D, System> {
+    fn locate(&self, end: &End) -> Result<(Node<D, ()>, f64), Error> {
+        match end {
+            End::Point(point) => self.node_near(&padded(point)),
+            End::Row(row) => Err(Error::NoSuchPoint {
+                row: *row,
+                reason: "a surface given by equations has no rows; give coordinates",
+            }),
+        }
+    }
+
+    fn centre(&self) -> Vector<D> {
+        Vector::zeros()
+    }
+
+    /// The graph's samples, and others about each of them, pulled back onto the surface.
+    fn samples(&self) -> Samples<D> {
+        let centres = Sampled::samples(self);
+        let codimension = D - self.intrinsic_dimension();
+        let sprinkled = centres.par_iter().flat_map_iter(|centre| {
+            let mut scratch = Geometry::new(codimension);
+            let apart = nearest(centre, &centres);
+            let offsets = (0..SPRINKLED).map(move |i| spread::<D>(i) * (SPREAD * apart));
+            offsets.filter_map(move |offset| {
+                let point = self.foot(&(centre + offset), &mut (), &mut scratch)?;
+                let regular = self.geometry(&point, (), &mut scratch);
+                regular.then(|| (point, (scratch.normal(0), DISC * apart)))
+            })
+        });
+        let (points, discs): (Vec<_>, (Vec<_>, Vec<_>)) = sprinkled.unzip();
+        Samples {
+            points,
+            discs: (codimension == 1).then_some(discs),
+        }
+    }
+}
+
+/// Distance to the nearest other point.
+fn nearest<const D: usize>(point: &Vector<D>, points: &[Vector<D>]) -> f64 {
+    let distances = points.iter().map(|other| (other - point).norm());
+    distances
+        .filter(|distance| *distance > 0.0)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The terms of a sequence that fills the cube |x_i| < 1 evenly (Roberts, "The unreasonable
+/// effectiveness of quasirandom sequences", 2018).
+fn spread<const D: usize>(term: usize) -> Vector<D> {
+    let ratio = (0..32).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (D as f64 + 1.0)));
+    Vector::from_fn(|i, _| {
+        let step = ratio.powi(-(i as i32 + 1));
+        2.0 * (0.5 + step * (term as f64 + 1.0)).fract() - 1.0
+    })
+}

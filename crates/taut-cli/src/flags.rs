@@ -1,0 +1,194 @@
+//! The command line as it is typed.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+use taut::surface::shapes::Shape;
+use taut_io::Format;
+
+use crate::exit::Exit;
+use crate::settings::{Bounds, End, Reconstruction, tolerance};
+
+const EXAMPLES: &str = "\
+Examples:
+  taut demo
+      A path on a sheet rolled up seven times, next to the exact answer, with a picture.
+  taut check scan.ply
+      What the points are like, and what may go wrong with them.
+  taut path scan.ply --from 12 --to 3400 --picture path.png
+      The shortest path between two points of a scan.
+  taut path --implicit '(sqrt(x^2 + y^2) - 1)^2 + z^2 = 0.16' --from 1.4,0,0 --to=-1.4,0,0 --tol 1e-12
+      The same on a torus given by its equation, to twelve digits.
+  taut path scan.las --class 2 --pairs pairs.txt --json > paths.jsonl
+      A path for each line of pairs.txt, on the ground points of a LiDAR scan.";
+
+const PATH_EXAMPLES: &str = "\
+Examples:
+  taut path scan.ply --from 12 --to 3400 --json
+  taut path scan.ply --from 0.1,0,-2 --to 3400 -o path.vtk --picture path.png
+  taut path --implicit 'x1^2 + x2^2 = 1' --implicit 'x3^2 + x4^2 = 1' --from 1,0,1,0 --to 0,1,-1,0
+  seq 1 100 | sed 's/^/0 /' | taut path scan.xyz --pairs - | sort -g -k 3
+
+The length comes with two errors: length_error is that of the path on the surface taut works on,
+surface_error is what a surface reconstructed from points adds to it (0 for equations).";
+
+/// Geodesics, shortest paths along a surface, from a scan or an equation.
+///
+/// A point cloud becomes a smooth surface, a first guess crosses it, and the guess is pulled taut
+/// until its length is known to the tolerance. Lengths are in the units of the input.
+#[derive(Debug, Parser)]
+#[command(name = "taut", version, arg_required_else_help = true)]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{}", Exit::help()))]
+pub struct Flags {
+    #[command(subcommand)]
+    pub command: Command,
+    /// Number of threads [default: as many as the machine has]; the results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+    /// No progress and no notes on standard error, only errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Find the shortest path between points of a surface
+    #[command(after_help = PATH_EXAMPLES)]
+    #[command(after_long_help = format!("{PATH_EXAMPLES}\n\n{}", Exit::help()))]
+    Path(PathFlags),
+    /// Tell what a surface is like, and warn of what may go wrong
+    Check(CheckFlags),
+    /// Find a path on a rolled-up sheet and compare it with the exact answer
+    Demo(DemoFlags),
+    /// Write completions for a shell to standard output
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// Where the surface comes from: exactly one of these.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct SourceFlags {
+    /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy
+    #[arg(value_name = "SURFACE")]
+    pub file: Option<PathBuf>,
+    /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub implicit: Vec<String>,
+    /// A named shape such as sphere:1, torus:1,0.4 or ellipsoid:3,2,1
+    #[arg(long, value_name = "NAME:SIZES", value_parser = Shape::parse)]
+    pub shape: Option<Shape>,
+}
+
+#[derive(Debug, Args)]
+pub struct SurfaceFlags {
+    #[command(flatten)]
+    pub source: SourceFlags,
+    /// The part of space to search with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
+    #[arg(
+        long,
+        value_name = "LO:HI,..",
+        allow_hyphen_values = true,
+        conflicts_with_all = ["file", "shape"]
+    )]
+    pub bounds: Option<Bounds>,
+    /// Only LAS points of these classes, such as 2 or 2,6
+    #[arg(
+        long = "class",
+        value_name = "CLASS,..",
+        value_delimiter = ',',
+        conflicts_with_all = ["implicit", "shape"]
+    )]
+    pub classes: Vec<u8>,
+    /// The format of the file, by the extension that it usually has
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["implicit", "shape"])]
+    pub format: Option<Format>,
+    /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
+    #[arg(long, value_name = "K", conflicts_with_all = ["implicit", "shape"])]
+    pub dimension: Option<usize>,
+    /// How the surface is made of the points
+    #[arg(
+        long,
+        value_name = "KIND",
+        value_enum,
+        default_value_t,
+        conflicts_with_all = ["implicit", "shape"]
+    )]
+    pub surface: Reconstruction,
+}
+
+#[derive(Debug, Args)]
+pub struct PathFlags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// Where the path starts: a row of the file (the first is 0), or coordinates such as 1,0,-2
+    #[arg(long, value_name = "P", allow_hyphen_values = true)]
+    #[arg(
+        required_unless_present = "pairs",
+        requires = "to",
+        conflicts_with = "pairs"
+    )]
+    pub from: Option<End>,
+    /// Where it ends
+    #[arg(long, value_name = "P", allow_hyphen_values = true, requires = "from")]
+    pub to: Option<End>,
+    /// Many paths: a file with two rows of the point file, or two points' coordinates, on each
+    /// line; - reads them from standard input
+    #[arg(long, value_name = "FILE")]
+    pub pairs: Option<PathBuf>,
+    /// Largest relative error of the length
+    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Also up to N further paths, such as round the other side of a hole
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub alternatives: usize,
+    /// Most nodes of a path
+    #[arg(long, value_name = "N", default_value_t = 8192)]
+    pub most_nodes: usize,
+    /// One JSON object for each pair, on a line of its own
+    #[arg(long)]
+    pub json: bool,
+    /// The nodes of each path in the JSON object
+    #[arg(long, requires = "json")]
+    pub points: bool,
+    /// Write the paths with normals and arc length: .ply .obj .csv .json .vtk .vtp .npy
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Draw the surface with the paths over it
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct CheckFlags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct DemoFlags {
+    /// Where to put the picture
+    #[arg(long, value_name = "FILE.png", default_value = "taut-demo.png")]
+    pub picture: PathBuf,
+    /// Which random sample of the sheet
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Flags::command().debug_assert();
+    }
+}

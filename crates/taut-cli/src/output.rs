@@ -1,0 +1,259 @@
+//! Results as text and as JSON on standard output.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use crate::answer::{Answer, FoundPath, LocatedEnd};
+use crate::settings::End;
+
+/// How results are written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A summary for people.
+    Summary,
+    /// A line of columns for each path.
+    Table,
+    /// A line with a JSON object for each pair.
+    Json {
+        /// With the nodes of the paths.
+        points: bool,
+    },
+}
+
+/// Writes what comes before the first answer.
+pub fn write_header(out: &mut impl Write, style: Style, alternatives: bool) -> io::Result<()> {
+    if style != Style::Table {
+        return Ok(());
+    }
+    let which = if alternatives { "alternative\t" } else { "" };
+    writeln!(
+        out,
+        "# from\tto\t{which}length\tlength_error\tsurface_error\tstatus\tstable\tnodes\tmoved_from\tmoved_to"
+    )
+}
+
+/// Writes the answer for one pair.
+pub fn write_answer(
+    out: &mut impl Write,
+    style: Style,
+    alternatives: bool,
+    dimension: usize,
+    answer: &Answer,
+) -> io::Result<()> {
+    match style {
+        Style::Summary => write_summary(out, answer),
+        Style::Table => write_rows(out, alternatives, answer),
+        Style::Json { points } => {
+            serde_json::to_writer(&mut *out, &JsonAnswer::new(answer, dimension, points))?;
+            writeln!(out)
+        }
+    }
+}
+
+fn write_rows(out: &mut impl Write, alternatives: bool, answer: &Answer) -> io::Result<()> {
+    let [from, to] = &answer.ends;
+    for (index, path) in answer.paths().enumerate() {
+        write!(out, "{}\t{}\t", from.named, to.named)?;
+        if alternatives {
+            write!(out, "{index}\t")?;
+        }
+        writeln!(
+            out,
+            "{}\t{}\t{}\t{}\t{}\t{}\t{:e}\t{:e}",
+            path.length
+                .map_or("inf".to_owned(), |length| length.to_string()),
+            exponential(path.length_error),
+            exponential(path.surface_error),
+            path.status,
+            yes_or_no(path.stable),
+            path.nodes(),
+            from.moved,
+            to.moved
+        )?;
+    }
+    Ok(())
+}
+
+fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
+    let [from, to] = &answer.ends;
+    for (name, end) in [("from", from), ("to", to)] {
+        line(out, name, &format!("{}{}", end.named, moved(end)))?;
+    }
+    for (index, path) in answer.paths().enumerate() {
+        if index > 0 {
+            writeln!(out)?;
+            line(out, "alternative", &index.to_string())?;
+        }
+        write_path(out, path)?;
+    }
+    Ok(())
+}
+
+/// Moves below this share of the coordinates are rounding.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+fn moved(end: &LocatedEnd) -> String {
+    let size = end.point.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
+    if end.moved <= ROUNDING * size {
+        return String::new();
+    }
+    format!(" (moved {:.1e} onto the surface)", end.moved)
+}
+
+fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
+    let Some(length) = path.length else {
+        return line(out, "length", "inf (no path connects the two points)");
+    };
+    let (correction, surface) = (path.length_error, path.surface_error.unwrap_or(0.0));
+    match correction {
+        Some(correction) => {
+            line(out, "length", &with_error(length, correction + surface))?;
+            if surface > 0.0 {
+                let parts = format!("{correction:.1e} of the path, {surface:.1e} of the surface");
+                line(out, "error", &parts)?;
+            }
+        }
+        None => line(out, "length", &format!("{length} (error unknown)"))?,
+    }
+    line(out, "status", path.status.word())?;
+    line(out, "stable", yes_or_no(path.stable))?;
+    line(out, "nodes", &path.nodes().to_string())?;
+    line(
+        out,
+        "geodesic curvature left",
+        &exponential(path.max_geodesic_curvature),
+    )?;
+    line(
+        out,
+        "off the surface by",
+        &exponential(path.max_off_surface),
+    )
+}
+
+/// A line of an aligned list.
+pub fn line(out: &mut impl Write, name: &str, value: &str) -> io::Result<()> {
+    writeln!(out, "{name:<24}{value}")
+}
+
+fn exponential(value: Option<f64>) -> String {
+    match value {
+        None => "unknown".to_owned(),
+        Some(0.0) => "0".to_owned(),
+        Some(value) => format!("{value:.1e}"),
+    }
+}
+
+pub fn yes_or_no(value: bool) -> &'static str {
+    if value { "yes" } else { "no" }
+}
+
+/// A value with as many digits as its error leaves, and the error.
+pub fn with_error(value: f64, error: f64) -> String {
+    if error.is_nan() || error <= 0.0 {
+        return value.to_string();
+    }
+    let decimals = (1.0 - error.log10().floor()).max(0.0) as usize;
+    // An f64 has 17 digits at most.
+    let digits = 17_usize.saturating_sub(value.abs().log10().floor().max(0.0) as usize + 1);
+    format!("{value:.*} ± {error:.1e}", decimals.min(digits.max(1)))
+}
+
+/// One object for a pair, as it is documented.
+#[derive(Serialize)]
+struct JsonAnswer<'a> {
+    from: JsonEnd<'a>,
+    to: JsonEnd<'a>,
+    #[serde(flatten)]
+    path: JsonPath<'a>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    alternatives: Vec<JsonPath<'a>>,
+}
+
+#[derive(Serialize)]
+struct JsonEnd<'a> {
+    /// The row of the file, where the end was given as one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    row: Option<usize>,
+    /// The coordinates given, where it was given by coordinates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    given: Option<&'a [f64]>,
+    /// On the surface.
+    point: &'a [f64],
+    moved: f64,
+}
+
+#[derive(Serialize)]
+struct JsonPath<'a> {
+    length: Option<f64>,
+    length_error: Option<f64>,
+    surface_error: Option<f64>,
+    converged: bool,
+    status: &'static str,
+    stable: bool,
+    nodes: usize,
+    max_geodesic_curvature: Option<f64>,
+    max_off_surface: Option<f64>,
+    steps: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    points: Option<Vec<&'a [f64]>>,
+}
+
+impl<'a> JsonAnswer<'a> {
+    fn new(answer: &'a Answer, dimension: usize, points: bool) -> Self {
+        let [from, to] = &answer.ends;
+        let path = |path| JsonPath::new(path, dimension, points);
+        Self {
+            from: JsonEnd::new(from),
+            to: JsonEnd::new(to),
+            path: path(&answer.path),
+            alternatives: answer.alternatives.iter().map(path).collect(),
+        }
+    }
+}
+
+impl<'a> JsonEnd<'a> {
+    fn new(end: &'a LocatedEnd) -> Self {
+        let (row, given) = match &end.named {
+            End::Row(row) => (Some(*row), None),
+            End::Point(point) => (None, Some(point.as_slice())),
+        };
+        Self {
+            row,
+            given,
+            point: &end.point,
+            moved: end.moved,
+        }
+    }
+}
+
+impl<'a> JsonPath<'a> {
+    fn new(path: &'a FoundPath, dimension: usize, points: bool) -> Self {
+        Self {
+            length: path.length,
+            length_error: path.length_error,
+            surface_error: path.surface_error,
+            converged: path.status == taut::result::Status::Converged,
+            status: path.status.word(),
+            stable: path.stable,
+            nodes: path.nodes(),
+            max_geodesic_curvature: path.max_geodesic_curvature,
+            max_off_surface: path.max_off_surface,
+            steps: path.steps,
+            points: points.then(|| path.points.chunks(dimension).collect()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_stop_where_the_error_begins() {
+        assert_eq!(with_error(2.0 / 3.0, 2.1e-4), "0.66667 ± 2.1e-4");
+        assert_eq!(with_error(123.456, 20.0), "123 ± 2.0e1");
+        assert_eq!(with_error(0.5, 0.0), "0.5");
+        assert_eq!(with_error(1e6 / 3.0, 1e-30), "333333.33333333331 ± 1.0e-30");
+    }
+}

@@ -1,0 +1,145 @@
+//! `taut path`.
+
+use std::io::{BufWriter, Write};
+
+use rayon::prelude::*;
+use taut_io::{Pairs, Polyline, write_polylines};
+
+use crate::answer::{Answer, FoundPath};
+use crate::exit::{Exit, Failure};
+use crate::output::{self, Style};
+use crate::picture;
+use crate::progress::Progress;
+use crate::settings::{End, Ends, PathSettings};
+use crate::surface::{self, Prepared, Request};
+
+/// Pairs answered before their results are written.
+const CHUNK: usize = 256;
+
+/// Finds the paths and writes what was asked for.
+pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let pairs = pairs(&settings.ends)?;
+    let count = pairs.len();
+    let prepared = surface::prepare(&settings.source, pairs, progress)?;
+    progress.step("paths");
+    progress.count_to(count);
+    let mut worst = Exit::Success;
+    let mut kept = Vec::new();
+    let mut report = Report::new(settings, prepared.dimension())?;
+    let request = Request {
+        correction: settings.correction,
+        alternatives: settings.alternatives,
+    };
+    for first in (0..count).step_by(CHUNK) {
+        let chunk = first..(first + CHUNK).min(count);
+        let answers: Vec<Answer> = chunk
+            .into_par_iter()
+            .map(|pair| {
+                let answer = prepared.answer(pair, &request);
+                progress.done(1);
+                answer
+            })
+            .collect();
+        for answer in answers {
+            worst = worst.max(answer.exit());
+            report.write(&answer)?;
+            if settings.output.is_some() || settings.picture.is_some() {
+                kept.extend(std::iter::once(answer.path).chain(answer.alternatives));
+            }
+        }
+    }
+    kept.retain(|path| path.length.is_some());
+    write_files(settings, &*prepared, &kept, progress)?;
+    progress.clear();
+    report.finish()?;
+    Ok(worst)
+}
+
+/// Answers on their way to standard output.
+struct Report<W: Write> {
+    out: W,
+    style: Style,
+    alternatives: bool,
+    dimension: usize,
+}
+
+impl Report<BufWriter<std::io::Stdout>> {
+    fn new(settings: &PathSettings, dimension: usize) -> Result<Self, Failure> {
+        let style = match (&settings.ends, settings.json) {
+            (_, true) => Style::Json {
+                points: settings.points,
+            },
+            (Ends::One(_), false) => Style::Summary,
+            (Ends::File(_) | Ends::StandardInput, false) => Style::Table,
+        };
+        let alternatives = settings.alternatives > 0;
+        let mut out = BufWriter::new(std::io::stdout());
+        output::write_header(&mut out, style, alternatives)?;
+        Ok(Self {
+            out,
+            style,
+            alternatives,
+            dimension,
+        })
+    }
+}
+
+impl<W: Write> Report<W> {
+    fn write(&mut self, answer: &Answer) -> Result<(), Failure> {
+        let (style, alternatives) = (self.style, self.alternatives);
+        output::write_answer(&mut self.out, style, alternatives, self.dimension, answer)?;
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(), Failure> {
+        self.out.flush()?;
+        Ok(())
+    }
+}
+
+fn pairs(ends: &Ends) -> Result<Vec<[End; 2]>, Failure> {
+    let read = match ends {
+        Ends::One(pair) => return Ok(vec![pair.clone()]),
+        Ends::File(file) => taut_io::read_pairs(file)?,
+        Ends::StandardInput => taut_io::read_pairs_from(std::io::stdin().lock(), "standard input")?,
+    };
+    Ok(match read {
+        Pairs::Indices(rows) => rows.into_iter().map(|pair| pair.map(End::Row)).collect(),
+        Pairs::Coordinates { dimension, values } => {
+            let pair = |both: &[f64]| {
+                let (from, to) = both.split_at(dimension);
+                [from, to].map(|point| End::Point(point.to_vec()))
+            };
+            values.chunks(2 * dimension).map(pair).collect()
+        }
+    })
+}
+
+fn write_files(
+    settings: &PathSettings,
+    prepared: &dyn Prepared,
+    paths: &[FoundPath],
+    progress: &Progress,
+) -> Result<(), Failure> {
+    if paths.is_empty() {
+        return Ok(());
+    }
+    if let Some(file) = &settings.output {
+        progress.step("writing the paths");
+        let polylines: Vec<Polyline<'_>> = paths
+            .iter()
+            .map(|path| Polyline {
+                dimension: prepared.dimension(),
+                points: &path.points,
+                normals: Some(&path.normals),
+                arc_length: &path.arc_length,
+            })
+            .collect();
+        write_polylines(file, &polylines)?;
+    }
+    if let Some(file) = &settings.picture {
+        progress.step("drawing");
+        picture::draw(file, &prepared.samples(), paths)?;
+    }
+    Ok(())
+}

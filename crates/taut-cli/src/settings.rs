@@ -1,0 +1,311 @@
+//! What the command was asked to do, checked.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use taut::correction;
+use taut::surface::shapes::Shape;
+use taut_formula::Formula;
+use taut_io::ReadOptions;
+
+use crate::exit::Failure;
+use crate::flags::{CheckFlags, PathFlags, SurfaceFlags};
+
+/// Where the surface comes from.
+pub enum Source {
+    Cloud(CloudSettings),
+    Equations(EquationSettings),
+}
+
+/// A point cloud in a file.
+pub struct CloudSettings {
+    pub file: PathBuf,
+    pub options: ReadOptions,
+    pub model: Model,
+}
+
+/// What surface to put through points.
+#[derive(Clone, Copy, Default)]
+pub struct Model {
+    /// Intrinsic dimension.
+    pub dimension: Option<usize>,
+    pub reconstruction: Reconstruction,
+}
+
+/// How a surface is made of points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Reconstruction {
+    /// Polynomial charts, blended
+    #[default]
+    Atlas,
+    /// The moving least squares planes of Yu, Zhang and Jiao, for comparison
+    Mls,
+}
+
+/// A surface F(x) = 0.
+pub struct EquationSettings {
+    pub law: Law,
+    /// The dimension of the space that the law speaks of.
+    pub dimension: usize,
+    pub bounds: Option<Bounds>,
+}
+
+/// F, as the user wrote it.
+pub enum Law {
+    Texts(Vec<String>),
+    Shape(Shape),
+}
+
+impl fmt::Display for Law {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Texts(texts) => formatter.write_str(&texts.join("; ")),
+            Self::Shape(shape) => shape.fmt(formatter),
+        }
+    }
+}
+
+/// Lowest and highest coordinate on each axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    pub low: Vec<f64>,
+    pub high: Vec<f64>,
+}
+
+impl FromStr for Bounds {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mut low, mut high) = (Vec::new(), Vec::new());
+        for range in text.split(',') {
+            let (from, to) = range
+                .split_once(':')
+                .ok_or_else(|| format!("found {range:?}, expected lo:hi for each axis"))?;
+            let (from, to) = (coordinate(from)?, coordinate(to)?);
+            if from >= to {
+                return Err(format!("found {range:?}, expected lo below hi"));
+            }
+            low.push(from);
+            high.push(to);
+        }
+        Ok(Self { low, high })
+    }
+}
+
+impl Bounds {
+    /// Distance between the two corners.
+    pub fn diagonal(&self) -> f64 {
+        let sides = self.low.iter().zip(&self.high);
+        sides
+            .map(|(low, high)| (high - low).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    /// Whether a point lies inside.
+    pub fn holds(&self, point: &[f64]) -> bool {
+        let ranges = self.low.iter().zip(&self.high);
+        ranges
+            .zip(point)
+            .all(|((low, high), value)| low <= value && value <= high)
+    }
+
+    /// One range serves all axes; otherwise there must be one each.
+    fn for_dimension(self, dimension: usize) -> Result<Self, Failure> {
+        match self.low.len() {
+            1 => Ok(Self {
+                low: vec![self.low[0]; dimension],
+                high: vec![self.high[0]; dimension],
+            }),
+            found if found == dimension => Ok(self),
+            found => Err(Failure::Usage(format!(
+                "--bounds: found {found} ranges, expected 1, or {dimension} as the equations have variables"
+            ))),
+        }
+    }
+}
+
+/// A start or end point as the user names it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum End {
+    /// A row of the point file, the first is 0.
+    Row(usize),
+    /// Coordinates.
+    Point(Vec<f64>),
+}
+
+impl FromStr for End {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if !text.contains(',') {
+            return text.trim().parse().map(Self::Row).map_err(|_| {
+                format!(
+                    "found {text:?}, expected a row of the file (the first is 0) or coordinates with commas between them"
+                )
+            });
+        }
+        text.split(',')
+            .map(coordinate)
+            .collect::<Result<_, _>>()
+            .map(Self::Point)
+    }
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Row(row) => write!(formatter, "{row}"),
+            Self::Point(point) => {
+                let point: Vec<String> = point.iter().map(f64::to_string).collect();
+                formatter.write_str(&point.join(","))
+            }
+        }
+    }
+}
+
+fn coordinate(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("found {text:?}, expected a finite number")),
+    }
+}
+
+/// Reads a relative tolerance.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("expected a relative error between 0 and 1, such as 1e-6".to_owned()),
+    }
+}
+
+/// Which pairs of ends.
+pub enum Ends {
+    One([End; 2]),
+    /// A file of pairs.
+    File(PathBuf),
+    StandardInput,
+}
+
+/// What `taut path` was asked to do.
+pub struct PathSettings {
+    pub source: Source,
+    pub ends: Ends,
+    pub correction: correction::Settings,
+    /// Further paths besides the shortest, at most.
+    pub alternatives: usize,
+    pub json: bool,
+    pub points: bool,
+    pub output: Option<PathBuf>,
+    pub picture: Option<PathBuf>,
+}
+
+/// What `taut check` was asked to do.
+pub struct CheckSettings {
+    pub source: Source,
+    pub json: bool,
+}
+
+impl TryFrom<SurfaceFlags> for Source {
+    type Error = Failure;
+
+    fn try_from(flags: SurfaceFlags) -> Result<Self, Failure> {
+        if let Some(file) = flags.source.file {
+            return Ok(Self::Cloud(CloudSettings {
+                file,
+                options: ReadOptions {
+                    format: flags.format,
+                    classes: flags.classes,
+                },
+                model: Model {
+                    dimension: flags.dimension,
+                    reconstruction: flags.surface,
+                },
+            }));
+        }
+        if let Some(shape) = flags.source.shape {
+            return Ok(Self::Equations(EquationSettings {
+                dimension: shape.dimension(),
+                bounds: None,
+                law: Law::Shape(shape),
+            }));
+        }
+        let texts = flags.source.implicit;
+        let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
+        let dimension = Formula::parse(&borrowed, None)?.dimension();
+        let bounds = flags.bounds.map(|bounds| bounds.for_dimension(dimension));
+        Ok(Self::Equations(EquationSettings {
+            dimension,
+            bounds: bounds.transpose()?,
+            law: Law::Texts(texts),
+        }))
+    }
+}
+
+impl TryFrom<PathFlags> for PathSettings {
+    type Error = Failure;
+
+    fn try_from(flags: PathFlags) -> Result<Self, Failure> {
+        let ends = match (flags.from, flags.to, flags.pairs) {
+            (Some(from), Some(to), None) => Ends::One([from, to]),
+            (None, None, Some(file)) if file.as_os_str() == "-" => Ends::StandardInput,
+            (None, None, Some(file)) => Ends::File(file),
+            _ => {
+                let message = "expected --from and --to, or --pairs";
+                return Err(Failure::Usage(message.to_owned()));
+            }
+        };
+        Ok(Self {
+            source: flags.surface.try_into()?,
+            ends,
+            correction: correction::Settings {
+                tolerance: flags.tolerance,
+                most_nodes: flags.most_nodes,
+            },
+            alternatives: flags.alternatives,
+            json: flags.json,
+            points: flags.points,
+            output: flags.output,
+            picture: flags.picture,
+        })
+    }
+}
+
+impl TryFrom<CheckFlags> for CheckSettings {
+    type Error = Failure;
+
+    fn try_from(flags: CheckFlags) -> Result<Self, Failure> {
+        Ok(Self {
+            source: flags.surface.try_into()?,
+            json: flags.json,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_are_rows_or_coordinates() {
+        assert_eq!("12".parse(), Ok(End::Row(12)));
+        assert_eq!("-1, 2e-3,0".parse(), Ok(End::Point(vec![-1.0, 2e-3, 0.0])));
+        for wrong in ["", "-1", "1.5", "1,,2", "1,nan", "1,inf", "one"] {
+            assert!(wrong.parse::<End>().is_err(), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn bounds_are_one_range_or_one_each() {
+        let bounds: Bounds = "-2:2".parse().expect("one range");
+        let wide = bounds.for_dimension(3).expect("fits");
+        assert_eq!((wide.low, wide.high), (vec![-2.0; 3], vec![2.0; 3]));
+        let bounds: Bounds = "-2:2,0:1.5".parse().expect("two ranges");
+        assert!(matches!(bounds.for_dimension(3), Err(Failure::Usage(_))));
+        for wrong in ["", "1", "2:1", "1:1", "a:b", "0:inf"] {
+            assert!(wrong.parse::<Bounds>().is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! From settings to a surface ready for queries: the one place where the dimension becomes a type.
+
+use rayon::prelude::*;
+use taut::Vector;
+use taut::correction;
+use taut::error::Error;
+use taut::geodesics::Geodesics;
+use taut::guess::Guide;
+use taut::result::Path;
+use taut::surface::Node;
+
+use crate::answer::{Answer, FoundPath, LocatedEnd, coordinates, flat};
+use crate::clouds;
+use crate::equations;
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::settings::{End, Source};
+
+/// What to ask of every pair.
+pub struct Request {
+    pub correction: correction::Settings,
+    /// Further paths besides the shortest, at most.
+    pub alternatives: usize,
+}
+
+/// A surface with pairs of ends located on it, its dimension forgotten.
+pub trait Prepared: Sync {
+    /// Coordinates of a point.
+    fn dimension(&self) -> usize;
+
+    /// Finds the paths of a pair.
+    fn answer(&self, pair: usize, request: &Request) -> Answer;
+
+    /// Points of the surface for a picture.
+    fn samples(&self) -> FlatSamples;
+}
+
+/// A surface that knows the user's way of naming its points.
+pub trait Locate<const D: usize>: Guide<D> {
+    /// The node of an end, and how far the point was moved onto the surface.
+    fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error>;
+
+    /// What was subtracted from the input's coordinates.
+    fn centre(&self) -> Vector<D>;
+
+    /// Points of the surface for a picture.
+    fn samples(&self) -> Samples<D>;
+}
+
+/// Points of a surface, relative to its centre.
+pub struct Samples<const D: usize> {
+    pub points: Vec<Vector<D>>,
+    /// Normals and radii of discs that cover the surface, where they are known.
+    pub discs: Option<(Vec<Vector<D>>, Vec<f64>)>,
+}
+
+/// Points of a surface in the coordinates of the input, row-major.
+pub struct FlatSamples {
+    pub dimension: usize,
+    pub points: Vec<f64>,
+    /// Normals in the shape of `points` and radii of discs that cover the surface, where known.
+    pub discs: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+/// A surface of R^D made ready, and pairs of ends on it.
+pub struct Located<const D: usize, S: Guide<D>> {
+    geodesics: Geodesics<D, S>,
+    dimension: usize,
+    pairs: Vec<[EndNode<D, S::Place>; 2]>,
+}
+
+/// An end as the user named it, and where it lies.
+struct EndNode<const D: usize, P> {
+    named: End,
+    node: Node<D, P>,
+    moved: f64,
+}
+
+/// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size
+/// costs seconds of compilation; a padded coordinate costs a query some of its speed.
+macro_rules! with_size {
+    ($dimension:expr, $function:ident $arguments:tt) => {
+        match $dimension {
+            0..=3 => $function::<3> $arguments,
+            4 => $function::<4> $arguments,
+            5..=9 => $function::<9> $arguments,
+            10..=16 => $function::<16> $arguments,
+            found => Err(crate::exit::Failure::Usage(format!(
+                "found {found} coordinates a point, expected at most 16; project the points first"
+            ))),
+        }
+    };
+}
+pub(crate) use with_size;
+
+/// Makes a surface ready and locates the pairs on it.
+pub fn prepare(
+    source: &Source,
+    pairs: Vec<[End; 2]>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    match source {
+        Source::Cloud(settings) => clouds::prepare(settings, pairs, progress),
+        Source::Equations(settings) => equations::prepare(settings, pairs, progress),
+    }
+}
+
+impl<const D: usize, S: Locate<D>> Located<D, S> {
+    /// Locates pairs of points of `dimension` coordinates.
+    pub fn new(
+        geodesics: Geodesics<D, S>,
+        dimension: usize,
+        pairs: Vec<[End; 2]>,
+    ) -> Result<Self, Failure> {
+        let locate = |named: End| {
+            if let End::Point(point) = &named
+                && point.len() != dimension
+            {
+                return Err(Failure::End {
+                    end: named.to_string(),
+                    reason: format!(
+                        "found {} coordinates, expected {dimension} as the surface's points have",
+                        point.len()
+                    ),
+                });
+            }
+            match geodesics.surface().locate(&named) {
+                Ok((node, moved)) => Ok(EndNode { named, node, moved }),
+                Err(error) => Err(Failure::End {
+                    end: named.to_string(),
+                    reason: error.to_string(),
+                }),
+            }
+        };
+        let pairs = pairs
+            .into_par_iter()
+            .map(|[from, to]| Ok([locate(from)?, locate(to)?]))
+            .collect::<Vec<Result<_, Failure>>>();
+        Ok(Self {
+            // Collected in two steps so that of several errors the first is told.
+            pairs: pairs.into_iter().collect::<Result<_, _>>()?,
+            geodesics,
+            dimension,
+        })
+    }
+}
+
+impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn answer(&self, pair: usize, request: &Request) -> Answer {
+        let centre = self.geodesics.surface().centre();
+        let [from, to] = &self.pairs[pair];
+        let (from, to) = (&from.node, &to.node);
+        let paths = match request.alternatives {
+            0 => vec![self.geodesics.path(from, to, &request.correction)],
+            more => self
+                .geodesics
+                .alternatives(from, to, &request.correction, more + 1),
+        };
+        let mut paths = paths
+            .iter()
+            .map(|path| FoundPath::new(path, &centre, self.dimension));
+        Answer {
+            path: paths
+                .next()
+                .unwrap_or_else(|| FoundPath::new(&Path::none(), &centre, self.dimension)),
+            alternatives: paths.collect(),
+            ends: std::array::from_fn(|i| {
+                let EndNode { named, node, moved } = &self.pairs[pair][i];
+                LocatedEnd {
+                    named: named.clone(),
+                    point: coordinates(&(node.point + centre), self.dimension),
+                    moved: *moved,
+                }
+            }),
+        }
+    }
+
+    fn samples(&self) -> FlatSamples {
+        let surface = self.geodesics.surface();
+        let samples = surface.samples();
+        let centre = surface.centre();
+        let flat =
+            |vectors: &[Vector<D>], origin: &Vector<D>| flat(vectors, origin, self.dimension);
+        FlatSamples {
+            dimension: self.dimension,
+            points: flat(&samples.points, &centre),
+            discs: samples
+                .discs
+                .map(|(normals, radii)| (flat(&normals, &Vector::zeros()), radii)),
+        }
+    }
+}
+
+/// Lowest and highest coordinates.
+pub fn corners<const D: usize>(points: &[Vector<D>]) -> (Vector<D>, Vector<D>) {
+    points.iter().fold(
+        (
+            Vector::repeat(f64::INFINITY),
+            Vector::repeat(f64::NEG_INFINITY),
+        ),
+        |(low, high), point| (low.inf(point), high.sup(point)),
+    )
+}

@@ -1,0 +1,170 @@
+//! The whole test command: steps in order, stopping at the first that fails.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
+
+use crate::picture;
+
+/// A cargo command that must succeed.
+struct Step {
+    name: &'static str,
+    arguments: Vec<OsString>,
+    environment: Option<(&'static str, &'static str)>,
+    /// A picture that the command must leave behind.
+    picture: Option<PathBuf>,
+}
+
+/// Why a step failed, and the exit code to end with.
+struct Failure {
+    code: u8,
+    reason: String,
+}
+
+/// Runs all steps and says how they went.
+pub fn run() -> ExitCode {
+    let folder = Temporary::new();
+    let steps = match &folder {
+        Ok(folder) => steps(&folder.path.join("demo.png")),
+        Err(error) => {
+            println!("FAILED: no temporary folder: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let count = steps.len();
+    let start = Instant::now();
+    for (number, step) in (1..).zip(&steps) {
+        println!("[{number}/{count}] {}: {}", step.name, step.command_line());
+        let begun = Instant::now();
+        if let Err(failure) = step.run() {
+            println!(
+                "FAILED at step {number} of {count}, {}: {} (after {})",
+                step.name,
+                failure.reason,
+                in_words(start.elapsed())
+            );
+            return ExitCode::from(failure.code);
+        }
+        println!("[{number}/{count}] passed in {}", in_words(begun.elapsed()));
+    }
+    println!("PASSED: all {count} steps in {}", in_words(start.elapsed()));
+    ExitCode::SUCCESS
+}
+
+fn steps(picture: &Path) -> Vec<Step> {
+    let mut demo = step("demo", "run --quiet --package taut-cli -- demo --picture");
+    demo.arguments.push(picture.into());
+    demo.picture = Some(picture.to_owned());
+    let mut documentation = step("documentation", "doc --workspace --no-deps --lib");
+    documentation.environment = Some(("RUSTDOCFLAGS", "-D warnings"));
+    vec![
+        step("rustfmt is there", "fmt --version"),
+        step("clippy is there", "clippy --version"),
+        step("formatting", "fmt --all --check"),
+        step("lints", "clippy --workspace --all-targets -- -D warnings"),
+        step("tests", "test --workspace --all-targets"),
+        step("doc tests", "test --workspace --doc"),
+        documentation,
+        demo,
+    ]
+}
+
+fn step(name: &'static str, arguments: &str) -> Step {
+    Step {
+        name,
+        arguments: arguments.split(' ').map(OsString::from).collect(),
+        environment: None,
+        picture: None,
+    }
+}
+
+impl Step {
+    fn command_line(&self) -> String {
+        let environment = self
+            .environment
+            .map(|(name, value)| format!("{name}='{value}' "));
+        let arguments: Vec<_> = self.arguments.iter().map(|a| a.to_string_lossy()).collect();
+        format!(
+            "{}cargo {}",
+            environment.unwrap_or_default(),
+            arguments.join(" ")
+        )
+    }
+
+    fn run(&self) -> Result<(), Failure> {
+        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+        command.args(&self.arguments).envs(self.environment);
+        let status = command.status().map_err(|error| Failure {
+            code: 1,
+            reason: format!("cargo cannot be started: {error}"),
+        })?;
+        if !status.success() {
+            let code = status.code().and_then(|code| u8::try_from(code).ok());
+            return Err(Failure {
+                code: code.unwrap_or(1),
+                reason: format!("{status}{}", self.remedy()),
+            });
+        }
+        match &self.picture {
+            Some(file) => picture::check(file).map_err(|reason| Failure { code: 1, reason }),
+            None => Ok(()),
+        }
+    }
+
+    /// What to do where a part of the toolchain is missing.
+    fn remedy(&self) -> &'static str {
+        if self.arguments.ends_with(&["--version".into()]) {
+            "; get it by `rustup component add rustfmt clippy`"
+        } else {
+            ""
+        }
+    }
+}
+
+fn in_words(time: Duration) -> String {
+    let seconds = time.as_secs();
+    match seconds / 60 {
+        0 => format!("{seconds} s"),
+        minutes => format!("{minutes} min {} s", seconds % 60),
+    }
+}
+
+/// A folder of this process alone, removed at the end.
+struct Temporary {
+    path: PathBuf,
+}
+
+impl Temporary {
+    fn new() -> std::io::Result<Self> {
+        let path = std::env::temp_dir().join(format!("taut-test-{}", std::process::id()));
+        std::fs::create_dir(&path)?;
+        Ok(Self { path })
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        // A folder left behind in the system's temporary folder is no failure of the tests.
+        let _ = std::fs::remove_dir_all(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failing_command_gives_its_exit_code() {
+        let failure = step("unknown", "no-such-command").run().err();
+        assert_eq!(failure.map(|failure| failure.code), Some(101));
+    }
+
+    #[test]
+    fn a_missing_picture_fails() {
+        let mut version = step("version", "--version");
+        assert!(version.run().is_ok());
+        version.picture = Some(PathBuf::from("no-such-picture.png"));
+        assert_eq!(version.run().err().map(|failure| failure.code), Some(1));
+    }
+}
