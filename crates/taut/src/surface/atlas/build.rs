@@ -6,7 +6,7 @@ use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::fit;
+use crate::surface::atlas::fit::Factored;
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood};
 use crate::surface::atlas::{Atlas, Lists};
@@ -167,36 +167,21 @@ fn fit_chart<const D: usize>(
     let m = D - k;
     let mut frame = neighbourhood.frame;
     let mut origin = tree.points[seed as usize];
-    for _ in 0..2 {
-        let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
-        let Some(rough) = [2, 1]
-            .iter()
-            .find_map(|degree| fit::fit(monomials, *degree, &samples))
-        else {
-            break;
-        };
-        (origin, frame) = turned(&origin, &frame, &rough.coefficients, scale, k);
+    let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
+    if let Some(rough) = Factored::new(monomials, 2, &samples) {
+        let coefficients = rough.coefficients(monomials, rough.degree);
+        (origin, frame) = turned(&origin, &frame, &coefficients, scale, k);
     }
     let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
-    let mut best: Option<(usize, fit::Fit)> = None;
-    for degree in [1, 2, 3, 4] {
-        if let Some(fitted) = fit::fit(monomials, degree, &samples)
-            && best
-                .as_ref()
-                .is_none_or(|(_, b)| fitted.leave_one_out < b.leave_one_out)
-        {
-            best = Some((degree, fitted));
-        }
-    }
-    let (degree, fitted) = best?;
+    let factored = Factored::new(monomials, 4, &samples)?;
+    let qualities = factored.qualities(monomials, &samples);
+    let (degree, quality) = (1..)
+        .zip(qualities)
+        .min_by(|a, b| a.1.leave_one_out.total_cmp(&b.1.leave_one_out))?;
+    let mut coefficients = factored.coefficients(monomials, degree);
     let count = monomials.count(degree);
     for a in 0..m {
-        let height = fitted.coefficients[a * count];
-        origin += frame.column(a) * height;
-    }
-    let mut coefficients = fitted.coefficients;
-    for a in 0..m {
-        coefficients[a * count] = 0.0;
+        origin += frame.column(a) * std::mem::take(&mut coefficients[a * count]);
     }
     Some(Fitted {
         chart: Chart {
@@ -207,10 +192,14 @@ fn fit_chart<const D: usize>(
             degree: degree as u8,
             scale,
             spacing: neighbourhood.spacing,
-            residual: fitted.leave_one_out,
-            height_error: fitted.leave_one_out * fitted.leverage.sqrt().min(1.0),
+            residual: quality.leave_one_out,
+            height_error: quality.leave_one_out
+                * factored
+                    .variance_at_origin(monomials, degree)
+                    .sqrt()
+                    .min(1.0),
         },
-        sigma: fitted.sigma,
+        sigma: quality.sigma,
     })
 }
 
@@ -302,11 +291,7 @@ fn drop_stray<const D: usize>(built: &mut Vec<Built<D>>, links: &[Vec<u32>]) -> 
 }
 
 /// The direct links, then the charts two steps away whose supports may meet in this chart's cell.
-fn neighbours<const D: usize>(
-    built: &[Built<D>],
-    direct: &[Vec<u32>],
-    tree: &Tree<D>,
-) -> Lists {
+fn neighbours<const D: usize>(built: &[Built<D>], direct: &[Vec<u32>], tree: &Tree<D>) -> Lists {
     let mut lists: Vec<Vec<u32>> = built
         .par_iter()
         .enumerate()
@@ -441,7 +426,9 @@ mod tests {
     fn roll(gap: f64) -> (Vec<f64>, Vec<f64>) {
         let mut state = 1_u64;
         let mut jitter = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             0.02 * (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         let growth = gap / std::f64::consts::TAU;
@@ -475,7 +462,9 @@ mod tests {
         let mut wrong = 0;
         for (i, a) in angle.iter().enumerate() {
             let others = atlas.neighbours.of(i as u32).iter();
-            wrong += others.filter(|j| (angle[**j as usize] - a).abs() > 2.0).count();
+            wrong += others
+                .filter(|j| (angle[**j as usize] - a).abs() > 2.0)
+                .count();
         }
         let geodesics = crate::geodesics::Geodesics::of_atlas(atlas);
         (wrong, geodesics.component_sizes().len())

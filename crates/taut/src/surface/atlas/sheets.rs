@@ -6,7 +6,7 @@
 //! separates this sheet from the next. Noise fills such intervals, so a noisy sheet is kept whole.
 
 use crate::spatial::tree::{Neighbour, Tree};
-use crate::surface::atlas::fit::{self, Samples};
+use crate::surface::atlas::fit::{Factored, Samples};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::{Matrix, Vector};
 
@@ -44,7 +44,7 @@ pub(crate) fn grow<const D: usize>(
     found: &mut Vec<Neighbour>,
 ) -> Option<Neighbourhood<D>> {
     let origin = tree.points[seed as usize];
-    let mut reach = wanted + wanted / 4 + 12;
+    let mut reach = wanted + wanted / 8 + 4;
     loop {
         tree.nearest(&origin, reach, found);
         let neighbourhood = grow_within(tree, monomials, &origin, wanted, found)?;
@@ -70,7 +70,7 @@ fn grow_within<const D: usize>(
     let mut model = Model::plane(tree, &members, &frame, k);
     let mut size = members.len();
     loop {
-        size = (size + size / 2 + 1).min(found.len());
+        size = (2 * size + 1).min(found.len());
         let mut heights: Vec<(f64, u32)> = found[..size]
             .iter()
             .map(|n| (model.height(monomials, origin, &frame, &point(n)), n.index))
@@ -359,7 +359,7 @@ impl Model {
         };
         let samples = samples(tree, origin, members, &frame, k);
         let fitted = if quadric {
-            fit::fit(monomials, 2, &samples.0)
+            Factored::new(monomials, 2, &samples.0)
         } else {
             None
         };
@@ -374,7 +374,7 @@ impl Model {
             return Some((mean_frame, plane));
         };
         let mut model = Self {
-            coefficients: fitted.coefficients,
+            coefficients: fitted.coefficients(monomials, fitted.degree),
             scale: samples.1,
             deviation: 0.0,
         };
