@@ -3,6 +3,7 @@
 pub(crate) mod band;
 pub(crate) mod curve;
 pub(crate) mod element;
+pub(crate) mod flow;
 pub(crate) mod length;
 pub(crate) mod newton;
 pub(crate) mod nodes;

@@ -7,6 +7,8 @@ pub mod atlas;
 pub mod frame;
 pub mod implicit;
 pub mod level_set;
+pub mod mls;
+pub mod shapes;
 
 pub use frame::Geometry;
 
