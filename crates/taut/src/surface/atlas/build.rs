@@ -6,7 +6,7 @@ use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::fit;
+use crate::surface::atlas::fit::Factored;
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood};
 use crate::surface::atlas::{Atlas, Lists};
@@ -43,7 +43,7 @@ impl<const D: usize> Atlas<D> {
             });
         }
         let tree = Tree::new(&cloud.points);
-        let built: Vec<Built<D>> = tree
+        let mut built: Vec<Built<D>> = tree
             .leaves()
             .into_par_iter()
             .flat_map_iter(|leaf| cell(&tree, &monomials, leaf))
@@ -53,13 +53,13 @@ impl<const D: usize> Atlas<D> {
                 dimension: intrinsic_dimension,
             });
         }
-        let mut owner_in_tree = vec![u32::MAX; cloud.points.len()];
-        for (i, b) in built.iter().enumerate() {
-            for point in &b.own {
-                owner_in_tree[*point as usize] = i as u32;
-            }
+        let mut owner_in_tree = owners(&built, cloud.points.len());
+        let mut links = links(&built, &owner_in_tree, &monomials);
+        if drop_stray(&mut built, &links) {
+            owner_in_tree = owners(&built, cloud.points.len());
+            links = self::links(&built, &owner_in_tree, &monomials);
         }
-        let neighbours = neighbours(&built, &owner_in_tree, &monomials, &tree);
+        let neighbours = neighbours(&built, &links, &tree);
         let charts: Vec<Chart<D>> = built.into_iter().map(|b| b.chart).collect();
         adopt(&tree, &mut owner_in_tree, &charts);
         let mut owners = vec![0; cloud.points.len()];
@@ -167,36 +167,21 @@ fn fit_chart<const D: usize>(
     let m = D - k;
     let mut frame = neighbourhood.frame;
     let mut origin = tree.points[seed as usize];
-    for _ in 0..2 {
-        let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
-        let Some(rough) = [2, 1]
-            .iter()
-            .find_map(|degree| fit::fit(monomials, *degree, &samples))
-        else {
-            break;
-        };
-        (origin, frame) = turned(&origin, &frame, &rough.coefficients, scale, k);
+    let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
+    if let Some(rough) = Factored::new(monomials, 2, &samples) {
+        let coefficients = rough.coefficients(monomials, rough.degree);
+        (origin, frame) = turned(&origin, &frame, &coefficients, scale, k);
     }
     let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
-    let mut best: Option<(usize, fit::Fit)> = None;
-    for degree in [1, 2, 3, 4] {
-        if let Some(fitted) = fit::fit(monomials, degree, &samples)
-            && best
-                .as_ref()
-                .is_none_or(|(_, b)| fitted.leave_one_out < b.leave_one_out)
-        {
-            best = Some((degree, fitted));
-        }
-    }
-    let (degree, fitted) = best?;
+    let factored = Factored::new(monomials, 4, &samples)?;
+    let qualities = factored.qualities(monomials, &samples);
+    let (degree, quality) = (1..)
+        .zip(qualities)
+        .min_by(|a, b| a.1.leave_one_out.total_cmp(&b.1.leave_one_out))?;
+    let mut coefficients = factored.coefficients(monomials, degree);
     let count = monomials.count(degree);
     for a in 0..m {
-        let height = fitted.coefficients[a * count];
-        origin += frame.column(a) * height;
-    }
-    let mut coefficients = fitted.coefficients;
-    for a in 0..m {
-        coefficients[a * count] = 0.0;
+        origin += frame.column(a) * std::mem::take(&mut coefficients[a * count]);
     }
     Some(Fitted {
         chart: Chart {
@@ -207,10 +192,14 @@ fn fit_chart<const D: usize>(
             degree: degree as u8,
             scale,
             spacing: neighbourhood.spacing,
-            residual: fitted.leave_one_out,
-            height_error: fitted.leave_one_out * fitted.leverage.sqrt().min(1.0),
+            residual: quality.leave_one_out,
+            height_error: quality.leave_one_out
+                * factored
+                    .variance_at_origin(monomials, degree)
+                    .sqrt()
+                    .min(1.0),
         },
-        sigma: fitted.sigma,
+        sigma: quality.sigma,
     })
 }
 
@@ -242,14 +231,23 @@ fn turned<const D: usize>(
     (moved, turned)
 }
 
-/// Charts that share points and agree where the other lies, then those two steps away whose supports
-/// may meet in this chart's cell.
-fn neighbours<const D: usize>(
+/// The chart of each point, as tree indices; `u32::MAX` for points of no chart.
+fn owners<const D: usize>(built: &[Built<D>], count: usize) -> Vec<u32> {
+    let mut owners = vec![u32::MAX; count];
+    for (i, b) in built.iter().enumerate() {
+        for point in &b.own {
+            owners[*point as usize] = i as u32;
+        }
+    }
+    owners
+}
+
+/// For each chart, the charts that share points with it and agree where the other lies.
+fn links<const D: usize>(
     built: &[Built<D>],
     owners: &[u32],
     monomials: &Monomials,
-    tree: &Tree<D>,
-) -> Lists {
+) -> Vec<Vec<u32>> {
     let mut pairs: Vec<(u32, u32)> = built
         .par_iter()
         .enumerate()
@@ -268,17 +266,32 @@ fn neighbours<const D: usize>(
         .collect();
     pairs.par_sort_unstable();
     pairs.dedup();
-    pairs.retain(|(i, j)| {
-        agree(
-            &built[*i as usize].chart,
-            &built[*j as usize].chart,
-            monomials,
-        )
-    });
-    let mut direct = vec![Vec::new(); built.len()];
+    let usual = Usual::of(built);
+    let chart = |i: u32| &built[i as usize].chart;
+    pairs.retain(|(i, j)| usual.agree(chart(*i), chart(*j), monomials));
+    let mut links = vec![Vec::new(); built.len()];
     for (i, j) in pairs {
-        direct[i as usize].push(j);
+        links[i as usize].push(j);
     }
+    links
+}
+
+/// Removes rough charts that agree with no other: fits across layers or to outliers. Their points
+/// are adopted later. Returns whether there were any.
+fn drop_stray<const D: usize>(built: &mut Vec<Built<D>>, links: &[Vec<u32>]) -> bool {
+    let usual = Usual::of(built);
+    let before = built.len();
+    let mut list = links.iter();
+    built.retain(|b| {
+        let linked = list.next().is_some_and(|l| !l.is_empty());
+        linked || !usual.rough(&b.chart)
+    });
+    // Where every chart is stray there is nothing better.
+    built.len() < before && !built.is_empty()
+}
+
+/// The direct links, then the charts two steps away whose supports may meet in this chart's cell.
+fn neighbours<const D: usize>(built: &[Built<D>], direct: &[Vec<u32>], tree: &Tree<D>) -> Lists {
     let mut lists: Vec<Vec<u32>> = built
         .par_iter()
         .enumerate()
@@ -324,17 +337,59 @@ fn symmetrise(lists: &mut [Vec<u32>]) {
     }
 }
 
-/// Each chart's surface passes near the other's origin: the same sheet.
-fn agree<const D: usize>(a: &Chart<D>, b: &Chart<D>, monomials: &Monomials) -> bool {
-    let m = D - monomials.variables;
-    let miss = |from: &Chart<D>, to: &Chart<D>| {
-        let mut out = [0.0; D];
-        from.offsets(monomials, &to.origin, &mut out);
-        out[..m].iter().map(|v| v * v).sum::<f64>().sqrt()
-    };
-    let (one, other) = (miss(a, b), miss(b, a));
-    let slack = 0.35 * a.spacing.min(b.spacing) + 3.0 * (a.height_error + b.height_error);
-    one.min(other) <= slack && one.max(other) <= 4.0 * slack
+/// How well charts of this cloud usually fit: what to hold a single one against.
+struct Usual {
+    height_error: f64,
+    /// Residual in spacings.
+    roughness: f64,
+}
+
+/// A chart this many times rougher than usual, and at least [`ROUGH_SPACINGS`], is rough.
+const ROUGH: f64 = 5.0;
+const ROUGH_SPACINGS: f64 = 0.15;
+
+impl Usual {
+    fn of<const D: usize>(built: &[Built<D>]) -> Self {
+        Self {
+            height_error: median(built.iter().map(|b| b.chart.height_error)),
+            roughness: median(built.iter().map(|b| b.chart.residual / b.chart.spacing)),
+        }
+    }
+
+    /// The chart fits its points much worse than others do.
+    fn rough<const D: usize>(&self, chart: &Chart<D>) -> bool {
+        chart.residual > chart.spacing * (ROUGH * self.roughness).max(ROUGH_SPACINGS)
+    }
+
+    /// Each chart's surface passes near the other's origin: the same sheet. A rough chart must not
+    /// join what others keep apart, so it has to agree more closely, in direction too.
+    fn agree<const D: usize>(&self, a: &Chart<D>, b: &Chart<D>, monomials: &Monomials) -> bool {
+        let m = D - monomials.variables;
+        let miss = |from: &Chart<D>, to: &Chart<D>| {
+            let mut out = [0.0; D];
+            from.offsets(monomials, &to.origin, &mut out);
+            out[..m].iter().map(|v| v * v).sum::<f64>().sqrt()
+        };
+        let (one, other) = (miss(a, b), miss(b, a));
+        let limit = 3.0 * self.height_error;
+        let errors = a.height_error.min(limit) + b.height_error.min(limit);
+        let slack = 0.35 * a.spacing.min(b.spacing) + 3.0 * errors;
+        if self.rough(a) || self.rough(b) {
+            let turned = (0..m).any(|i| {
+                let normal = a.frame.column(i);
+                let kept: f64 = (0..m).map(|j| normal.dot(&b.frame.column(j)).powi(2)).sum();
+                kept < 0.5
+            });
+            return one.max(other) <= slack && !turned;
+        }
+        one.min(other) <= slack && one.max(other) <= 4.0 * slack
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Points that no chart fitted go to the chart of the nearest point that has one.
@@ -360,5 +415,66 @@ fn adopt<const D: usize>(tree: &Tree<D>, owners: &mut [u32], charts: &[Chart<D>]
         .collect();
     for (orphan, owner) in orphans.into_iter().zip(adopted) {
         owners[orphan] = owner;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A roll of seven turns on a jittered grid of step 0.02, layers `gap` apart; with each point's angle.
+    fn roll(gap: f64) -> (Vec<f64>, Vec<f64>) {
+        let mut state = 1_u64;
+        let mut jitter = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            0.02 * (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let growth = gap / std::f64::consts::TAU;
+        let (mut coordinates, mut angles) = (Vec::new(), Vec::new());
+        let mut start = 0.0;
+        while start < 7.0 * std::f64::consts::TAU {
+            for j in 0..50 {
+                let angle = start + jitter() / (0.3 + growth * start);
+                let radius = 0.3 + growth * angle;
+                coordinates.extend([
+                    radius * angle.cos(),
+                    radius * angle.sin(),
+                    0.02 * f64::from(j) + jitter(),
+                ]);
+                angles.push(angle);
+            }
+            start += 0.02 / (0.3 + growth * start);
+        }
+        (coordinates, angles)
+    }
+
+    /// How many neighbouring charts lie on different layers, and on how many components charts are.
+    fn joined(gap: f64) -> (usize, usize) {
+        let (coordinates, angles) = roll(gap);
+        let cloud = Cloud::<3>::new(&coordinates, 3).expect("finite");
+        let atlas = Atlas::new(cloud, 2).expect("a surface");
+        let mut angle = vec![f64::NAN; atlas.charts.len()];
+        for (owner, a) in atlas.owners.iter().zip(&angles) {
+            angle[*owner as usize] = *a;
+        }
+        let mut wrong = 0;
+        for (i, a) in angle.iter().enumerate() {
+            let others = atlas.neighbours.of(i as u32).iter();
+            wrong += others
+                .filter(|j| (angle[**j as usize] - a).abs() > 2.0)
+                .count();
+        }
+        let geodesics = crate::geodesics::Geodesics::of_atlas(atlas);
+        (wrong, geodesics.component_sizes().len())
+    }
+
+    #[test]
+    fn layers_two_nearest_distances_apart_stay_apart() {
+        // The median distance to the nearest point of such a grid is 0.01526.
+        for gap in [4.3, 3.0, 2.0] {
+            assert_eq!(joined(gap * 0.01526), (0, 1), "gap {gap}");
+        }
     }
 }

@@ -37,6 +37,10 @@ impl Monomials {
 
     /// The values of the first `out.len()` monomials at `u`.
     pub fn values(&self, u: &[f64], out: &mut [f64]) {
+        if let [x, y] = *u {
+            values_two(x, y, out);
+            return;
+        }
         for (exponents, value) in self.exponents.chunks(self.variables).zip(out) {
             *value = exponents
                 .iter()
@@ -107,6 +111,21 @@ fn append(exponents: &mut Vec<u8>, current: &mut [u8], variable: usize, left: u8
         append(exponents, current, variable + 1, left - e);
     }
     current[variable] = 0;
+}
+
+/// The two-variable case: x^d, x^(d-1) y, ..., y^d by multiplication from the degree before.
+fn values_two(x: f64, y: f64, out: &mut [f64]) {
+    out[0] = 1.0;
+    let (mut degree, mut start) = (1, 1);
+    while start < out.len() {
+        let before = start - degree;
+        for i in 0..degree {
+            out[start + i] = out[before + i] * x;
+        }
+        out[start + degree] = out[start - 1] * y;
+        start += degree + 1;
+        degree += 1;
+    }
 }
 
 /// The two-variable case, by powers: the atlas of a surface in space spends its time here.

@@ -6,7 +6,7 @@
 //! separates this sheet from the next. Noise fills such intervals, so a noisy sheet is kept whole.
 
 use crate::spatial::tree::{Neighbour, Tree};
-use crate::surface::atlas::fit::{self, Samples};
+use crate::surface::atlas::fit::{Factored, Samples};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::{Matrix, Vector};
 
@@ -29,6 +29,11 @@ const GAP_DEVIATIONS: f64 = 4.0;
 /// ... and than this many spacings.
 const GAP_SPACINGS: f64 = 0.4;
 
+/// Points among which a plane is sought where no neighbourhood is flat, ...
+const CONSENSUS_POINTS: usize = 18;
+/// ... and the slope against it up to which they count as on it.
+const CONSENSUS_SLOPE: f64 = 0.15;
+
 /// Grows the sheet around the tree's point `seed` to `wanted` points; `None` where there is no
 /// tangent space (points on a line).
 pub(crate) fn grow<const D: usize>(
@@ -39,7 +44,7 @@ pub(crate) fn grow<const D: usize>(
     found: &mut Vec<Neighbour>,
 ) -> Option<Neighbourhood<D>> {
     let origin = tree.points[seed as usize];
-    let mut reach = wanted + wanted / 4 + 12;
+    let mut reach = wanted + wanted / 8 + 4;
     loop {
         tree.nearest(&origin, reach, found);
         let neighbourhood = grow_within(tree, monomials, &origin, wanted, found)?;
@@ -61,12 +66,11 @@ fn grow_within<const D: usize>(
     let k = monomials.variables;
     let point = |n: &Neighbour| tree.points[n.index as usize];
     let spacing = spacing(found, k);
-    let (start, mut frame) = first_plane(tree, k, found)?;
-    let mut members: Vec<u32> = found[..start].iter().map(|n| n.index).collect();
+    let (mut members, mut frame) = first_plane(tree, k, found)?;
     let mut model = Model::plane(tree, &members, &frame, k);
-    let mut size = start;
+    let mut size = members.len();
     loop {
-        size = (size + size / 2 + 1).min(found.len());
+        size = (2 * size + 1).min(found.len());
         let mut heights: Vec<(f64, u32)> = found[..size]
             .iter()
             .map(|n| (model.height(monomials, origin, &frame, &point(n)), n.index))
@@ -113,12 +117,12 @@ pub(crate) fn unit_ball(k: usize) -> f64 {
     }
 }
 
-/// The smallest flat neighbourhood: its size, and its frame.
+/// The smallest flat neighbourhood: its points and its frame.
 fn first_plane<const D: usize>(
     tree: &Tree<D>,
     k: usize,
     found: &[Neighbour],
-) -> Option<(usize, Matrix<D>)> {
+) -> Option<(Vec<u32>, Matrix<D>)> {
     let mut last = None;
     let mut size = k + 4;
     while size <= found.len().min(40) || last.is_none() {
@@ -126,9 +130,9 @@ fn first_plane<const D: usize>(
         let indices: Vec<u32> = found[..size_here].iter().map(|n| n.index).collect();
         if let Some((frame, flatness)) = principal_frame(tree, &indices, k) {
             if flatness < FLAT {
-                return Some((size_here, frame));
+                return Some((indices, frame));
             }
-            last = Some((size_here, frame));
+            last = Some((indices, frame));
         }
         if size >= found.len() {
             break;
@@ -178,19 +182,22 @@ fn principal_frame<const D: usize>(
     (along > 1e-10 * longest && longest > 0.0).then(|| (frame, (across / along).sqrt()))
 }
 
-/// A plane through the seed that holds most of its near neighbours: for points between close layers,
-/// where no neighbourhood is flat.
+/// A plane through the seed that holds most of its near neighbours, and those it holds: for points
+/// between close layers, where no neighbourhood is flat.
 fn consensus_plane<const D: usize>(
     tree: &Tree<D>,
     found: &[Neighbour],
-) -> Option<(usize, Matrix<D>)> {
-    let near = &found[..found.len().min(13)];
+) -> Option<(Vec<u32>, Matrix<D>)> {
+    let near = &found[..found.len().min(CONSENSUS_POINTS)];
     let offsets: Vec<Vector<D>> = near
         .iter()
         .map(|n| tree.points[n.index as usize] - tree.points[near[0].index as usize])
         .collect();
+    let within = |offset: &Vector<D>, normal: &Vector<D>| {
+        offset.dot(normal).abs() <= CONSENSUS_SLOPE * offset.norm()
+    };
     let mut best: Option<(usize, f64, Vector<D>)> = None;
-    for a in 1..near.len().min(8) {
+    for a in 1..near.len().min(10) {
         for b in 1..a {
             let mut normal = Vector::<D>::zeros();
             for i in 0..3 {
@@ -202,10 +209,7 @@ fn consensus_plane<const D: usize>(
                 continue;
             }
             normal /= area;
-            let tolerance = 0.15;
-            let inside = offsets
-                .iter()
-                .filter(|o| o.dot(&normal).abs() <= tolerance * o.norm());
+            let inside = offsets.iter().filter(|o| within(o, &normal));
             let (count, sum) = inside.fold((0, 0.0), |(n, s), o| (n + 1, s + o.dot(&normal).abs()));
             if best.is_none_or(|(most, least, _)| count > most || (count == most && sum < least)) {
                 best = Some((count, sum, normal));
@@ -216,11 +220,16 @@ fn consensus_plane<const D: usize>(
     if count < 6 {
         return None;
     }
-    // The other columns are made orthonormal by Gram-Schmidt from the axes least along the normal.
     let mut frame = Matrix::<D>::zeros();
     frame.set_column(0, &normal);
     complete(&mut frame, 1);
-    Some((near.len().min(9), frame))
+    let members = near
+        .iter()
+        .zip(&offsets)
+        .filter(|(_, o)| within(o, &normal))
+        .map(|(n, _)| n.index)
+        .collect();
+    Some((members, frame))
 }
 
 /// Fills columns from `first` on so that the matrix is orthonormal.
@@ -350,7 +359,7 @@ impl Model {
         };
         let samples = samples(tree, origin, members, &frame, k);
         let fitted = if quadric {
-            fit::fit(monomials, 2, &samples.0)
+            Factored::new(monomials, 2, &samples.0)
         } else {
             None
         };
@@ -365,7 +374,7 @@ impl Model {
             return Some((mean_frame, plane));
         };
         let mut model = Self {
-            coefficients: fitted.coefficients,
+            coefficients: fitted.coefficients(monomials, fitted.degree),
             scale: samples.1,
             deviation: 0.0,
         };
