@@ -1,6 +1,8 @@
 //! Lengths and their errors: the osculating arc (19)-(21), and the spectral tail.
 
 use crate::correction::curve::Curve;
+use crate::correction::nodes;
+use crate::surface::{Geometry, Surface};
 
 /// Relative error of each element's energy, estimated from its last Legendre modes.
 ///
@@ -40,6 +42,18 @@ pub(crate) fn arc(chord: f64, curvature: f64) -> f64 {
     } else {
         chord * half.min(1.0).asin() / half
     }
+}
+
+/// The length of a polyline by the arcs over its chords, (20), with the curvature of the surface along
+/// each chord at its start.
+pub(crate) fn arcs<const D: usize, S: Surface<D>>(
+    surface: &S,
+    curve: &Curve<D, S::Place>,
+    scratch: &mut Geometry<D>,
+) -> f64 {
+    let profile = nodes::profile(surface, &curve.nodes, scratch);
+    let pairs = profile.lengths.iter().zip(&profile.turnings);
+    pairs.map(|(chord, turning)| arc(*chord, turning / chord)).sum()
 }
 
 #[cfg(test)]

@@ -21,8 +21,13 @@ struct Built<const D: usize> {
 
 /// A fit whose scatter exceeds this many spacings may gain from more points.
 const NOISY: f64 = 0.02;
+/// Radii of charts that one element of a path may span where charts are noisy.
+const DETAIL: f64 = 2.0;
 /// Most points of a chart's fit, in multiples of the smallest neighbourhood.
 const MOST_GROWTH: usize = 16;
+/// A higher degree or a smaller neighbourhood must bring the leave-one-out error below this share:
+/// on rough data it only adds ripples.
+const GAIN: f64 = 0.7;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
 const RISE: f64 = 1.15;
 
@@ -61,6 +66,12 @@ impl<const D: usize> Atlas<D> {
         }
         let neighbours = neighbours(&built, &links, &tree);
         let charts: Vec<Chart<D>> = built.into_iter().map(|b| b.chart).collect();
+        let roughness = median(charts.iter().map(|c| c.residual / c.spacing));
+        let detail = if roughness > NOISY {
+            DETAIL * median(charts.iter().map(|c| c.radius))
+        } else {
+            0.0
+        };
         adopt(&tree, &mut owner_in_tree, &charts);
         let mut owners = vec![0; cloud.points.len()];
         for (owner, index) in owner_in_tree.iter().zip(&tree.order) {
@@ -72,6 +83,7 @@ impl<const D: usize> Atlas<D> {
             owners,
             neighbours,
             monomials,
+            detail,
             tree,
         })
     }
@@ -106,6 +118,13 @@ fn cell<const D: usize>(
         };
         let (own, rest): (Vec<u32>, Vec<u32>) = left.iter().partition(|i| members.contains(i));
         left = rest;
+        let mut chart = chart;
+        let extent = own
+            .iter()
+            .map(|i| (tree.points[*i as usize] - chart.origin).norm())
+            .fold(2.0 * chart.spacing, f64::max);
+        // Every point of the cell lies well inside the support.
+        chart.radius = chart.radius.max(1.25 * extent);
         built.push(Built {
             chart,
             members,
@@ -115,39 +134,56 @@ fn cell<const D: usize>(
     built
 }
 
-/// Fits the chart around a point: the smallest neighbourhood if its points are clean, larger ones
-/// while that only averages noise (Lepski's rule).
+/// Fits the chart around a point. Clean points get the usual neighbourhood; others the one among
+/// smaller and larger whose leave-one-out error is least: smaller where the surface turns within few
+/// spacings, larger while that only averages noise (Lepski's rule).
 fn chart<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
     seed: u32,
     found: &mut Vec<Neighbour>,
 ) -> Option<(Chart<D>, Vec<u32>)> {
-    let smallest = 3 * monomials.count(4) + 5;
-    let neighbourhood = sheets::grow(tree, monomials, seed, smallest, found)?;
-    let first = fit_chart(tree, monomials, seed, &neighbourhood)?;
-    let members = neighbourhood.members;
-    let (mut best, mut best_members) = (first.clone(), members);
+    let usual = 3 * monomials.count(4) + 5;
+    let mut fit = |wanted: usize| {
+        let neighbourhood = sheets::grow(tree, monomials, seed, wanted, found)?;
+        let fitted = fit_chart(tree, monomials, seed, &neighbourhood)?;
+        Some((fitted, neighbourhood.members))
+    };
+    let first = fit(usual);
+    let clean = |f: &Fitted<D>| f.chart.residual <= NOISY * f.chart.spacing;
+    if let Some((fitted, members)) = &first
+        && clean(fitted)
+    {
+        return Some((fitted.chart.clone(), members.clone()));
+    }
+    let smaller = [usual / 2, usual / 4 + 1].into_iter().filter_map(&mut fit);
+    let mut candidates = first.iter().cloned().chain(smaller);
+    let mut best = candidates.next()?;
+    for candidate in candidates {
+        if candidate.0.chart.residual < GAIN * best.0.chart.residual {
+            best = candidate;
+        }
+    }
+    let Some((first, first_members)) = first else {
+        return Some((best.0.chart, best.1));
+    };
     let mut growth = 2;
-    while first.sigma > NOISY * first.chart.spacing && growth <= MOST_GROWTH {
-        let Some(larger) = sheets::grow(tree, monomials, seed, growth * smallest, found) else {
+    while best.1.len() >= first_members.len() && growth <= MOST_GROWTH {
+        let Some((next, members)) = fit(growth * usual) else {
             break;
         };
-        let Some(next) = fit_chart(tree, monomials, seed, &larger) else {
-            break;
-        };
-        let moved = (next.chart.origin - best.chart.origin).norm();
-        let allowed = 2.0 * (next.chart.height_error + best.chart.height_error);
+        let moved = (next.chart.origin - best.0.chart.origin).norm();
+        let allowed = 2.0 * (next.chart.height_error + best.0.chart.height_error);
         if next.sigma > RISE * first.sigma || moved > allowed {
             break;
         }
-        best = next;
-        best_members = larger.members;
+        best = (next, members);
         growth *= 2;
     }
-    best.chart.radius = first.chart.radius;
-    best.chart.spacing = first.chart.spacing;
-    Some((best.chart, best_members))
+    let mut chart = best.0.chart;
+    chart.radius = chart.radius.min(first.chart.radius);
+    chart.spacing = first.chart.spacing;
+    Some((chart, best.1))
 }
 
 #[derive(Clone)]
@@ -175,9 +211,13 @@ fn fit_chart<const D: usize>(
     let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
     let factored = Factored::new(monomials, 4, &samples)?;
     let qualities = factored.qualities(monomials, &samples);
-    let (degree, quality) = (1..)
-        .zip(qualities)
-        .min_by(|a, b| a.1.leave_one_out.total_cmp(&b.1.leave_one_out))?;
+    let mut best = (1, *qualities.first()?);
+    for candidate in (1..).zip(qualities) {
+        if candidate.1.leave_one_out < GAIN * best.1.leave_one_out {
+            best = candidate;
+        }
+    }
+    let (degree, quality) = best;
     let mut coefficients = factored.coefficients(monomials, degree);
     let count = monomials.count(degree);
     for a in 0..m {
@@ -373,7 +413,7 @@ impl Usual {
         let (one, other) = (miss(a, b), miss(b, a));
         let limit = 3.0 * self.height_error;
         let errors = a.height_error.min(limit) + b.height_error.min(limit);
-        let slack = 0.35 * a.spacing.min(b.spacing) + 3.0 * errors;
+        let slack = 0.35 * a.spacing.max(b.spacing) + 3.0 * errors;
         if self.rough(a) || self.rough(b) {
             let turned = (0..m).any(|i| {
                 let normal = a.frame.column(i);

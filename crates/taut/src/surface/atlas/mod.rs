@@ -34,6 +34,8 @@ pub struct Atlas<const D: usize> {
     /// For each chart, the charts that may overlap its cell, nearest first, itself first.
     pub(crate) neighbours: Lists,
     pub(crate) monomials: Monomials,
+    /// See [`Surface::detail`].
+    detail: f64,
     pub(crate) tree: crate::spatial::tree::Tree<D>,
 }
 
@@ -295,6 +297,10 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     fn geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
         self.blend(x, place, true, out);
         out.factor()
+    }
+
+    fn detail(&self) -> f64 {
+        self.detail
     }
 
     fn resolution(&self, place: ChartIndex) -> f64 {
