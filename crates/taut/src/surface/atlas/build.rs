@@ -8,6 +8,7 @@ use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::fit::Factored;
 use crate::surface::atlas::polynomial::Monomials;
+use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::sheets::{self, Neighbourhood};
 use crate::surface::atlas::{Atlas, Lists};
 use crate::{Matrix, Vector};
@@ -65,6 +66,7 @@ impl<const D: usize> Atlas<D> {
             links = self::links(&built, &owner_in_tree, &monomials);
         }
         let neighbours = neighbours(&built, &links, &tree);
+        let own: Vec<Vec<u32>> = built.iter().map(|b| b.own.clone()).collect();
         let charts: Vec<Chart<D>> = built.into_iter().map(|b| b.chart).collect();
         let roughness = median(charts.iter().map(|c| c.residual / c.spacing));
         let detail = if roughness > NOISY {
@@ -72,6 +74,7 @@ impl<const D: usize> Atlas<D> {
         } else {
             0.0
         };
+        let rim = Rim::new(&charts, &own, &tree.points, &neighbours, intrinsic_dimension);
         adopt(&tree, &mut owner_in_tree, &charts);
         let mut owners = vec![0; cloud.points.len()];
         for (owner, index) in owner_in_tree.iter().zip(&tree.order) {
@@ -83,6 +86,7 @@ impl<const D: usize> Atlas<D> {
             owners,
             neighbours,
             monomials,
+            rim,
             detail,
             tree,
         })

@@ -9,6 +9,7 @@ pub(crate) mod build;
 pub(crate) mod chart;
 pub(crate) mod fit;
 pub(crate) mod polynomial;
+pub(crate) mod rim;
 pub(crate) mod sheets;
 
 use crate::cloud::Cloud;
@@ -21,9 +22,13 @@ use crate::surface::{Geometry, Node, Surface};
 use crate::{Matrix, Vector};
 use chart::{Chart, ChartJet};
 use polynomial::Monomials;
+use rim::Rim;
 
 /// A chart's index: where on an atlas a node lies.
 pub type ChartIndex = u32;
+
+/// A first guess may cut across a rim by this many spacings.
+const CROSSING: f64 = 0.75;
 
 /// A smooth surface through a point cloud.
 pub struct Atlas<const D: usize> {
@@ -34,6 +39,7 @@ pub struct Atlas<const D: usize> {
     /// For each chart, the charts that may overlap its cell, nearest first, itself first.
     pub(crate) neighbours: Lists,
     pub(crate) monomials: Monomials,
+    pub(crate) rim: Rim<D>,
     /// See [`Surface::detail`].
     detail: f64,
     pub(crate) tree: crate::spatial::tree::Tree<D>,
@@ -112,6 +118,16 @@ impl<const D: usize> Atlas<D> {
                 reason: "it is too far from the points, or the surface is undefined there",
             }),
         }
+    }
+
+    /// The straight step between two charts' origins does not cross a hole.
+    fn within_extent(&self, i: ChartIndex, j: ChartIndex) -> bool {
+        let (a, b) = (&self.charts[i as usize], &self.charts[j as usize]);
+        [0.25, 0.5, 0.75].iter().all(|t| {
+            let x = a.origin + (b.origin - a.origin) * *t;
+            let depth = |place| self.beyond_rim(&x, place).map_or(0.0, |d| d.0);
+            depth(i).max(depth(j)) <= CROSSING * a.spacing.max(b.spacing)
+        })
     }
 
     /// Calls `visit` for every chart whose support holds `x`, with its weight's argument 1 - r^2/R^2;
@@ -299,6 +315,21 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         out.factor()
     }
 
+    fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {
+        let mut deepest: Option<(f64, Vector<D>)> = None;
+        for chart in self.neighbours.of(place) {
+            for disc in self.rim.of(*chart) {
+                let offset = disc.centre - x;
+                let distance = offset.norm();
+                let depth = disc.radius - distance;
+                if depth > deepest.map_or(0.0, |d| d.0) && distance > 0.0 {
+                    deepest = Some((depth, offset / distance));
+                }
+            }
+        }
+        deepest
+    }
+
     fn detail(&self) -> f64 {
         self.detail
     }
@@ -329,8 +360,13 @@ impl<const D: usize> Geodesics<D, Atlas<D>> {
                 place,
             })
             .collect();
-        let lists = (0..atlas.neighbours.len() as u32).map(|i| atlas.neighbours.of(i));
-        let graph = Graph::new(nodes, lists);
+        let lists: Vec<Vec<u32>> = (0..atlas.neighbours.len() as u32)
+            .map(|i| {
+                let list = atlas.neighbours.of(i).iter().copied();
+                list.filter(|j| atlas.within_extent(i, *j)).collect()
+            })
+            .collect();
+        let graph = Graph::new(nodes, lists.iter().map(Vec::as_slice));
         Self::with_graph(atlas, graph)
     }
 }
