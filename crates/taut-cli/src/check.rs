@@ -30,7 +30,7 @@ pub struct Facts {
     /// Smallest and largest coordinate on each axis.
     pub low: Vec<f64>,
     pub high: Vec<f64>,
-    /// Number of points in each connected piece, largest first.
+    /// Number of points (for equations: of samples) of each connected piece, largest first.
     pub components: Vec<usize>,
     /// What will go wrong, in sentences.
     pub warnings: Vec<String>,
@@ -45,6 +45,8 @@ pub struct PointFacts {
     pub points: usize,
     pub duplicates: usize,
     pub non_finite: usize,
+    /// Distinct points too far from the surface to be ends of paths.
+    pub off_surface: usize,
 }
 
 /// Tells what the surface is like.
@@ -78,58 +80,63 @@ fn cloud_facts<const D: usize>(
     progress: &Progress,
 ) -> Result<Facts, Failure> {
     let atlas: Atlas<D> = clouds::atlas(name, points, model.dimension, progress)?;
+    let dimension = Surface::intrinsic_dimension(&atlas);
     let cloud = atlas.cloud();
-    let mut facts = Facts {
+    let (low, high) = corners(&cloud.points);
+    let [low, high] = [low, high].map(|v| coordinates(&(v + cloud.centre), points.dimension));
+    let mut counts = PointFacts {
+        rows: points.rows(),
+        points: cloud.points.len(),
+        duplicates: cloud.duplicates,
+        non_finite: cloud.non_finite,
+        off_surface: 0,
+    };
+    progress.step("components");
+    let (components, off_surface) = clouds::component_points(atlas);
+    counts.off_surface = off_surface;
+    Ok(Facts {
         surface: name.to_owned(),
         coordinates: points.dimension,
-        dimension: Surface::intrinsic_dimension(&atlas),
-        points: Some(PointFacts {
-            rows: points.rows(),
-            points: cloud.points.len(),
-            duplicates: cloud.duplicates,
-            non_finite: cloud.non_finite,
-        }),
-        low: Vec::new(),
-        high: Vec::new(),
-        components: Vec::new(),
-        warnings: Vec::new(),
-    };
-    let (low, high) = corners(&cloud.points);
-    facts.low = coordinates(&(low + cloud.centre), points.dimension);
-    facts.high = coordinates(&(high + cloud.centre), points.dimension);
-    progress.step("components");
-    facts.components = clouds::component_points(atlas);
-    facts.warn();
-    Ok(facts)
+        dimension,
+        low,
+        high,
+        warnings: warnings(&counts, &components),
+        components,
+        points: Some(counts),
+    })
 }
 
-impl Facts {
-    fn warn(&mut self) {
-        let Some(points) = &self.points else {
-            return;
-        };
-        if points.non_finite > 0 {
-            self.warnings.push(format!(
-                "{} of {} rows are dropped because a coordinate is not finite; their numbers cannot be ends of paths",
-                points.non_finite, points.rows
-            ));
-        }
-        if points.duplicates > 0 {
-            self.warnings.push(format!(
-                "{} rows repeat the place of another and count once",
-                points.duplicates
-            ));
-        }
-        if let [largest, rest @ ..] = &self.components[..]
-            && !rest.is_empty()
-        {
-            let unreachable: usize = rest.iter().sum();
-            self.warnings.push(format!(
-                "the surface has {} pieces: no path connects the largest, of {largest} points, with the {unreachable} points of the others",
-                self.components.len()
-            ));
-        }
+/// What will go wrong with a cloud.
+fn warnings(points: &PointFacts, components: &[usize]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if points.non_finite > 0 {
+        warnings.push(format!(
+            "{} of {} rows are dropped because a coordinate is not finite; they cannot be ends of paths",
+            points.non_finite, points.rows
+        ));
     }
+    if points.duplicates > 0 {
+        warnings.push(format!(
+            "{} rows repeat the place of another and count once",
+            points.duplicates
+        ));
+    }
+    if points.off_surface > 0 {
+        warnings.push(format!(
+            "{} points lie too far from the surface, or where it is undefined, to be ends of paths",
+            points.off_surface
+        ));
+    }
+    if let [largest, rest @ ..] = components
+        && !rest.is_empty()
+    {
+        let unreachable: usize = rest.iter().sum();
+        warnings.push(format!(
+            "the surface has {} pieces: no path connects the largest, of {largest} points, with the {unreachable} points of the others",
+            components.len()
+        ));
+    }
+    warnings
 }
 
 /// Components listed one by one.
@@ -147,6 +154,7 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
         line(out, "distinct points", &points.points.to_string())?;
         line(out, "duplicates", &points.duplicates.to_string())?;
         line(out, "not finite", &points.non_finite.to_string())?;
+        line(out, "off the surface", &points.off_surface.to_string())?;
     }
     line(out, "lowest coordinates", &list(&facts.low))?;
     line(out, "highest coordinates", &list(&facts.high))?;
@@ -157,7 +165,11 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
     } else {
         ""
     };
-    line(out, "points of each", &format!("{}{more}", list(shown)))?;
+    let unit = match facts.points {
+        Some(_) => "points of each",
+        None => "samples of each",
+    };
+    line(out, unit, &format!("{}{more}", list(shown)))?;
     for warning in &facts.warnings {
         line(out, "warning", warning)?;
     }

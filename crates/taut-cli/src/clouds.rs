@@ -210,19 +210,24 @@ impl<const D: usize> Samples<D> {
     }
 }
 
-/// The number of points on each component of a cloud's surface, largest first.
-pub fn component_points<const D: usize>(atlas: Atlas<D>) -> Vec<usize> {
+/// The number of points on each component of a cloud's surface, largest first, and the number of
+/// those that lie too far from it to be ends of paths.
+pub fn component_points<const D: usize>(atlas: Atlas<D>) -> (Vec<usize>, usize) {
     let rows: Vec<u32> = atlas.cloud().rows.clone();
     let geodesics = Geodesics::of_atlas(atlas);
-    let components = rows.par_iter().filter_map(|row| {
-        let node = geodesics.surface().node_of_row(*row as usize).ok()?;
-        Some(geodesics.components()[node.place as usize])
-    });
+    let components: Vec<Option<u32>> = rows
+        .par_iter()
+        .map(|row| {
+            let node = geodesics.surface().node_of_row(*row as usize).ok()?;
+            Some(geodesics.components()[node.place as usize])
+        })
+        .collect();
     let mut counts = vec![0; geodesics.component_sizes().len()];
-    for component in components.collect::<Vec<u32>>() {
-        counts[component as usize] += 1;
+    for component in components.iter().flatten() {
+        counts[*component as usize] += 1;
     }
     counts.retain(|count| *count > 0);
     counts.sort_unstable_by_key(|count| std::cmp::Reverse(*count));
-    counts
+    let off_surface = components.iter().filter(|c| c.is_none()).count();
+    (counts, off_surface)
 }

@@ -45,10 +45,10 @@ pub struct Flags {
     #[command(subcommand)]
     pub command: Command,
     /// Number of threads [default: as many as the machine has]; the results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", help_heading = "General")]
     pub threads: Option<NonZeroUsize>,
     /// No progress and no notes on standard error, only errors
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = "General")]
     pub quiet: bool,
 }
 
