@@ -236,7 +236,8 @@ fn finish<const D: usize, S: Surface<D>>(
         normals: Vec::with_capacity(taut.curve.nodes.len()),
         arc_length: taut.curve.arc_lengths(),
     };
-    for node in &taut.curve.nodes {
+    let mut height_errors = length::HeightErrors::default();
+    for (i, node) in taut.curve.nodes.iter().enumerate() {
         let mut place = node.place;
         let off = match surface.foot(&node.point, &mut place, &mut solver.scratch) {
             Some(foot) => (foot - node.point).norm(),
@@ -244,6 +245,15 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.max_off_surface = path.max_off_surface.max(off);
         let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(path.arc_length.len() - 1));
+            let stretch = 0.5 * (path.arc_length[after] - path.arc_length[before]);
+            let chord = taut.curve.nodes[after].point - taut.curve.nodes[before].point;
+            let tangent = solver.scratch.project(&chord);
+            if stretch > 0.0 && tangent.norm() > 0.0 {
+                let curvature = solver.scratch.bend(&tangent.normalize()).norm();
+                let (error, radius) = (surface.height_error(node.place), surface.resolution(node.place));
+                height_errors.add(stretch, curvature, error, radius);
+            }
             solver.scratch.normal(0)
         } else {
             crate::Vector::zeros()
@@ -251,6 +261,7 @@ fn finish<const D: usize, S: Surface<D>>(
         path.points.push(node.point);
         path.normals.push(normal);
     }
+    path.surface_error = height_errors.length_error();
     path
 }
 

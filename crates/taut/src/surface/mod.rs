@@ -53,6 +53,11 @@ pub trait Surface<const D: usize>: Sync {
         0.0
     }
 
+    /// Estimated standard error of the surface's height at a place; 0 for equations.
+    fn height_error(&self, _place: Self::Place) -> f64 {
+        0.0
+    }
+
     /// The radius of a chart of a cloud, and 0 for equations.
     fn resolution(&self, _place: Self::Place) -> f64 {
         0.0

@@ -164,7 +164,9 @@ fn chart<const D: usize>(
     let mut candidates = first.iter().cloned().chain(smaller);
     let mut best = candidates.next()?;
     for candidate in candidates {
-        if candidate.0.chart.residual < GAIN * best.0.chart.residual {
+        // The residual of few points scatters by one part in their root.
+        let chance = 1.0 - 1.0 / (candidate.1.len() as f64).sqrt();
+        if candidate.0.chart.residual < GAIN * chance * best.0.chart.residual {
             best = candidate;
         }
     }
@@ -235,7 +237,7 @@ fn fit_chart<const D: usize>(
             coefficients,
             degree: degree as u8,
             scale,
-            spacing: neighbourhood.spacing,
+            spacing: spread(scale, neighbourhood.members.len(), k),
             residual: quality.leave_one_out,
             height_error: quality.leave_one_out
                 * factored
@@ -245,6 +247,11 @@ fn fit_chart<const D: usize>(
         },
         sigma: quality.sigma,
     })
+}
+
+/// The distance of neighbouring points among `count` spread evenly over a k-ball.
+fn spread(radius: f64, count: usize, k: usize) -> f64 {
+    radius * (sheets::unit_ball(k) / count as f64).powf(1.0 / k as f64)
 }
 
 /// The frame turned so that the fitted heights have no slope at the origin, which moves onto them.

@@ -318,12 +318,9 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {
         let mut deepest: Option<(f64, Vector<D>)> = None;
         for chart in self.neighbours.of(place) {
-            for disc in self.rim.of(*chart) {
-                let offset = disc.centre - x;
-                let distance = offset.norm();
-                let depth = disc.radius - distance;
-                if depth > deepest.map_or(0.0, |d| d.0) && distance > 0.0 {
-                    deepest = Some((depth, offset / distance));
+            for found in self.rim.of(*chart).iter().filter_map(|disc| disc.depth(x)) {
+                if found.0 > deepest.map_or(0.0, |d| d.0) {
+                    deepest = Some(found);
                 }
             }
         }
@@ -332,6 +329,10 @@ impl<const D: usize> Surface<D> for Atlas<D> {
 
     fn detail(&self) -> f64 {
         self.detail
+    }
+
+    fn height_error(&self, place: ChartIndex) -> f64 {
+        self.charts[place as usize].height_error
     }
 
     fn resolution(&self, place: ChartIndex) -> f64 {

@@ -20,9 +20,28 @@ const DIRECTIONS: usize = 24;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disc<const D: usize> {
     pub centre: Vector<D>,
+    /// Unit direction from the point it touches to the centre.
+    pub outward: Vector<D>,
     pub radius: f64,
     /// Distance between neighbouring points there.
     pub spacing: f64,
+}
+
+impl<const D: usize> Disc<D> {
+    /// How deep `x` lies in the disc, and the direction inwards: towards the centre in the half at the
+    /// rim, outwards beyond, so that no point is pushed through to the other side.
+    pub fn depth(&self, x: &Vector<D>) -> Option<(f64, Vector<D>)> {
+        let offset = self.centre - x;
+        let distance = offset.norm();
+        if distance >= self.radius {
+            return None;
+        }
+        let past = -offset.dot(&self.outward);
+        if past > 0.0 || distance == 0.0 {
+            return Some((self.radius - distance + 2.0 * past, self.outward));
+        }
+        Some((self.radius - distance, offset / distance))
+    }
 }
 
 /// The empty discs at each chart's points, in the chart's list.
@@ -119,6 +138,7 @@ fn disc<const D: usize>(
     let outward = chart.frame.column(m) * (x / norm) + chart.frame.column(m + 1) * (y / norm);
     Some(Disc {
         centre: origin + outward * radius,
+        outward,
         radius,
         spacing: chart.spacing,
     })

@@ -17,8 +17,6 @@ pub(crate) struct Neighbourhood<const D: usize> {
     pub members: Vec<u32>,
     /// Orthonormal frame: columns 0..m normal, m..D tangent.
     pub frame: Matrix<D>,
-    /// Distance between neighbouring points.
-    pub spacing: f64,
 }
 
 /// Root of (scatter across / scatter along) below which points count as flat.
@@ -92,11 +90,7 @@ fn grow_within<const D: usize>(
         }
         (frame, model) = Model::fit(tree, monomials, origin, &members, &frame)?;
         if size == found.len() || members.len() >= wanted {
-            return Some(Neighbourhood {
-                members,
-                frame,
-                spacing,
-            });
+            return Some(Neighbourhood { members, frame });
         }
     }
 }
