@@ -29,6 +29,8 @@ const MOST_GROWTH: usize = 16;
 /// A higher degree or a smaller neighbourhood must bring the leave-one-out error below this share:
 /// on rough data it only adds ripples.
 const GAIN: f64 = 0.7;
+/// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
+const MISFIT: f64 = 0.35;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
 const RISE: f64 = 1.15;
 
@@ -138,9 +140,9 @@ fn cell<const D: usize>(
     built
 }
 
-/// Fits the chart around a point. Clean points get the usual neighbourhood; others the one among
-/// smaller and larger whose leave-one-out error is least: smaller where the surface turns within few
-/// spacings, larger while that only averages noise (Lepski's rule).
+/// Fits the chart around a point. Clean points get the usual neighbourhood; where residuals of
+/// neighbours agree, the surface turns within few spacings and smaller ones are tried; where they do
+/// not, they are noise, and larger ones are taken while that only averages it (Lepski's rule).
 fn chart<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -160,27 +162,27 @@ fn chart<const D: usize>(
     {
         return Some((fitted.chart.clone(), members.clone()));
     }
-    let smaller = [usual / 2, usual / 4 + 1].into_iter().filter_map(&mut fit);
-    let mut candidates = first.iter().cloned().chain(smaller);
-    let mut best = candidates.next()?;
-    for candidate in candidates {
-        // The residual of few points scatters by one part in their root.
-        let chance = 1.0 - 1.0 / (candidate.1.len() as f64).sqrt();
-        if candidate.0.chart.residual < GAIN * chance * best.0.chart.residual {
-            best = candidate;
+    if first.as_ref().is_none_or(|(fitted, _)| fitted.misfit > MISFIT) {
+        let smaller = [usual / 2, usual / 4 + 1].into_iter().filter_map(&mut fit);
+        let mut candidates = first.into_iter().chain(smaller);
+        let mut best = candidates.next()?;
+        for candidate in candidates {
+            if candidate.0.chart.residual < GAIN * best.0.chart.residual {
+                best = candidate;
+            }
         }
-    }
-    let Some((first, first_members)) = first else {
         return Some((best.0.chart, best.1));
-    };
+    }
+    let mut best = first?;
+    let first = best.0.clone();
     let mut growth = 2;
-    while best.1.len() >= first_members.len() && growth <= MOST_GROWTH {
+    while growth <= MOST_GROWTH {
         let Some((next, members)) = fit(growth * usual) else {
             break;
         };
         let moved = (next.chart.origin - best.0.chart.origin).norm();
         let allowed = 2.0 * (next.chart.height_error + best.0.chart.height_error);
-        if next.sigma > RISE * first.sigma || moved > allowed {
+        if next.sigma > RISE * first.sigma || moved > allowed || next.misfit > MISFIT {
             break;
         }
         best = (next, members);
@@ -196,6 +198,8 @@ fn chart<const D: usize>(
 struct Fitted<const D: usize> {
     chart: Chart<D>,
     sigma: f64,
+    /// See [`Factored::misfit`]; only looked at where the fit is not clean.
+    misfit: f64,
 }
 
 /// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
@@ -224,6 +228,12 @@ fn fit_chart<const D: usize>(
         }
     }
     let (degree, quality) = best;
+    let spacing = spread(scale, neighbourhood.members.len(), k);
+    let misfit = if quality.leave_one_out > NOISY * spacing {
+        factored.misfit(monomials, degree, &samples)
+    } else {
+        0.0
+    };
     let mut coefficients = factored.coefficients(monomials, degree);
     let count = monomials.count(degree);
     for a in 0..m {
@@ -237,7 +247,7 @@ fn fit_chart<const D: usize>(
             coefficients,
             degree: degree as u8,
             scale,
-            spacing: spread(scale, neighbourhood.members.len(), k),
+            spacing,
             residual: quality.leave_one_out,
             height_error: quality.leave_one_out
                 * factored
@@ -246,6 +256,7 @@ fn fit_chart<const D: usize>(
                     .min(1.0),
         },
         sigma: quality.sigma,
+        misfit,
     })
 }
 
