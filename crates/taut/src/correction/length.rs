@@ -53,7 +53,9 @@ pub(crate) fn arcs<const D: usize, S: Surface<D>>(
 ) -> f64 {
     let profile = nodes::profile(surface, &curve.nodes, scratch);
     let pairs = profile.lengths.iter().zip(&profile.turnings);
-    pairs.map(|(chord, turning)| arc(*chord, turning / chord)).sum()
+    pairs
+        .map(|(chord, turning)| arc(*chord, turning / chord))
+        .sum()
 }
 
 /// What errors of the surface's height do to a path's length.
@@ -81,6 +83,12 @@ impl HeightErrors {
             self.first_order_variance += shift * shift * stretch * radius.max(stretch);
             self.second_order += 0.5 * (RIPPLE * height_error / radius).powi(2) * stretch;
         }
+    }
+
+    /// Adds a stretch along a rim with the path's geodesic curvature there: where the data ends is
+    /// known to about a quarter of a chart's radius, a spacing.
+    pub fn add_rim(&mut self, stretch: f64, geodesic_curvature: f64, radius: f64) {
+        self.second_order += stretch * (geodesic_curvature * 0.25 * radius).min(1.0);
     }
 
     /// Estimated absolute error of the length.

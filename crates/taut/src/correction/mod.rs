@@ -13,6 +13,17 @@ use crate::correction::newton::{Level, Solver};
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
+/// How a guess is pulled taut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// Newton's method on spectral elements.
+    #[default]
+    Newton,
+    /// The paper's geodesic curvature flow (10) on a polyline, nodes spread by (17)-(18): second
+    /// order, for comparison.
+    Flow,
+}
+
 /// What the correction may spend and must reach.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -20,6 +31,8 @@ pub struct Settings {
     pub tolerance: f64,
     /// Most nodes of a path.
     pub most_nodes: usize,
+    /// How a guess is pulled taut.
+    pub scheme: Scheme,
 }
 
 impl Default for Settings {
@@ -27,6 +40,7 @@ impl Default for Settings {
         Self {
             tolerance: 1e-6,
             most_nodes: 1024,
+            scheme: Scheme::Newton,
         }
     }
 }
@@ -110,6 +124,9 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     settings: &Settings,
     solver: &mut Solver<D, S::Place>,
 ) -> Path<D> {
+    if settings.scheme == Scheme::Flow {
+        return flow::flow(surface, &coarse.curve.nodes, settings, solver);
+    }
     let mut taut = coarse;
     let start_steps = taut.steps;
     if taut.level.measure.energy == 0.0 {
@@ -119,7 +136,11 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let degree = ((2.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
     let profile = nodes::profile(surface, &taut.curve.nodes, &mut solver.scratch);
     let detail = surface.detail();
-    let by_detail = if detail > 0.0 { profile.length / detail } else { 1.0 };
+    let by_detail = if detail > 0.0 {
+        profile.length / detail
+    } else {
+        1.0
+    };
     let elements = (profile.turning / ELEMENT_TURNING).max(by_detail).ceil() as usize;
     let elements = elements.clamp(1, settings.most_nodes / (2 * degree));
     let mut knots = spans_of(&taut.curve, &profile.knots(elements));
@@ -251,8 +272,14 @@ fn finish<const D: usize, S: Surface<D>>(
             let tangent = solver.scratch.project(&chord);
             if stretch > 0.0 && tangent.norm() > 0.0 {
                 let curvature = solver.scratch.bend(&tangent.normalize()).norm();
-                let (error, radius) = (surface.height_error(node.place), surface.resolution(node.place));
+                let (error, radius) = (
+                    surface.height_error(node.place),
+                    surface.resolution(node.place),
+                );
                 height_errors.add(stretch, curvature, error, radius);
+                if surface.beyond_rim(&node.point, node.place).is_some() {
+                    height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
+                }
             }
             solver.scratch.normal(0)
         } else {

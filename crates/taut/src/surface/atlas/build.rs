@@ -26,9 +26,10 @@ const NOISY: f64 = 0.02;
 const DETAIL: f64 = 2.0;
 /// Most points of a chart's fit, in multiples of the smallest neighbourhood.
 const MOST_GROWTH: usize = 16;
-/// A higher degree or a smaller neighbourhood must bring the leave-one-out error below this share:
-/// on rough data it only adds ripples.
-const GAIN: f64 = 0.7;
+/// A higher degree must bring the leave-one-out error below this share of the best lower one's.
+const DEGREE_GAIN: f64 = 0.95;
+/// A smaller neighbourhood must bring it below this share of a larger one's.
+const SMALLER_GAIN: f64 = 0.7;
 /// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
 const MISFIT: f64 = 0.35;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
@@ -76,7 +77,14 @@ impl<const D: usize> Atlas<D> {
         } else {
             0.0
         };
-        let rim = Rim::new(&charts, &own, &tree.points, &neighbours, intrinsic_dimension);
+        let rim = Rim::new(
+            &charts,
+            &own,
+            &tree.points,
+            &neighbours,
+            intrinsic_dimension,
+        );
+        let outliers = owner_in_tree.iter().filter(|o| **o == u32::MAX).count();
         adopt(&tree, &mut owner_in_tree, &charts);
         let mut owners = vec![0; cloud.points.len()];
         for (owner, index) in owner_in_tree.iter().zip(&tree.order) {
@@ -89,6 +97,7 @@ impl<const D: usize> Atlas<D> {
             neighbours,
             monomials,
             rim,
+            outliers,
             detail,
             tree,
         })
@@ -162,12 +171,15 @@ fn chart<const D: usize>(
     {
         return Some((fitted.chart.clone(), members.clone()));
     }
-    if first.as_ref().is_none_or(|(fitted, _)| fitted.misfit > MISFIT) {
+    if first
+        .as_ref()
+        .is_none_or(|(fitted, _)| fitted.misfit > MISFIT)
+    {
         let smaller = [usual / 2, usual / 4 + 1].into_iter().filter_map(&mut fit);
         let mut candidates = first.into_iter().chain(smaller);
         let mut best = candidates.next()?;
         for candidate in candidates {
-            if candidate.0.chart.residual < GAIN * best.0.chart.residual {
+            if candidate.0.chart.residual < SMALLER_GAIN * best.0.chart.residual {
                 best = candidate;
             }
         }
@@ -223,7 +235,7 @@ fn fit_chart<const D: usize>(
     let qualities = factored.qualities(monomials, &samples);
     let mut best = (1, *qualities.first()?);
     for candidate in (1..).zip(qualities) {
-        if candidate.1.leave_one_out < GAIN * best.1.leave_one_out {
+        if candidate.1.leave_one_out < DEGREE_GAIN * best.1.leave_one_out {
             best = candidate;
         }
     }

@@ -159,8 +159,11 @@ impl Factored {
         let mut residuals = samples.heights.clone();
         for (i, z) in self.orthonormal.chunks(self.count).enumerate() {
             for (j, projected) in self.projected.chunks(self.count).enumerate() {
-                let prediction: f64 =
-                    z[..used].iter().zip(&projected[..used]).map(|(z, y)| z * y).sum();
+                let prediction: f64 = z[..used]
+                    .iter()
+                    .zip(&projected[..used])
+                    .map(|(z, y)| z * y)
+                    .sum();
                 residuals[i * self.heights + j] -= prediction;
             }
         }

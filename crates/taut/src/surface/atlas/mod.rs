@@ -9,6 +9,7 @@ pub(crate) mod build;
 pub(crate) mod chart;
 pub(crate) mod fit;
 pub(crate) mod polynomial;
+pub mod report;
 pub(crate) mod rim;
 pub(crate) mod sheets;
 
@@ -40,6 +41,8 @@ pub struct Atlas<const D: usize> {
     pub(crate) neighbours: Lists,
     pub(crate) monomials: Monomials,
     pub(crate) rim: Rim<D>,
+    /// Points that no chart fitted.
+    outliers: usize,
     /// See [`Surface::detail`].
     detail: f64,
     pub(crate) tree: crate::spatial::tree::Tree<D>,
@@ -349,6 +352,15 @@ impl<const D: usize> Guide<D> for Atlas<D> {
 }
 
 impl<const D: usize> Geodesics<D, Atlas<D>> {
+    /// The component of an input row's point, numbered by descending number of charts; `None` for
+    /// rows out of range or dropped.
+    #[must_use]
+    pub fn component_of_row(&self, row: usize) -> Option<u32> {
+        let atlas = self.surface();
+        let point = atlas.cloud.point_of_row.get(row).copied().flatten()?;
+        Some(self.components()[atlas.owners[point as usize] as usize])
+    }
+
     /// Makes an atlas ready for path queries: its charts are the nodes of Algorithm 2's graph.
     #[must_use]
     pub fn of_atlas(atlas: Atlas<D>) -> Self {

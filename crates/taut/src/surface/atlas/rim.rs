@@ -70,9 +70,15 @@ impl<const D: usize> Rim<D> {
         let lists: Vec<Vec<Disc<D>>> = (0..charts.len())
             .into_par_iter()
             .map(|i| {
-                let lists = neighbours.of(i as u32).iter().map(|j| own[*j as usize].as_slice());
+                let lists = neighbours
+                    .of(i as u32)
+                    .iter()
+                    .map(|j| own[*j as usize].as_slice());
                 let near: Vec<&[u32]> = lists.collect();
-                own[i].iter().filter_map(|p| disc(&charts[i], *p, &near, points)).collect()
+                own[i]
+                    .iter()
+                    .filter_map(|p| disc(&charts[i], *p, &near, points))
+                    .collect()
             })
             .collect();
         let mut starts = vec![0];

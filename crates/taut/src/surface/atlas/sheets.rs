@@ -68,7 +68,7 @@ fn grow_within<const D: usize>(
     let mut model = Model::plane(tree, &members, &frame, k);
     let mut size = members.len();
     loop {
-        size = (2 * size + 1).min(found.len());
+        size = (size + size / 2 + 1).min(found.len());
         let mut heights: Vec<(f64, u32)> = found[..size]
             .iter()
             .map(|n| (model.height(monomials, origin, &frame, &point(n)), n.index))
