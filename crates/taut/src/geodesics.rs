@@ -20,7 +20,7 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
 /// Guesses looked at for the shortest path.
 const GUESSES: usize = 8;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance.
-const CLOSE: f64 = 1.02;
+const CLOSE: f64 = 1.003;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 

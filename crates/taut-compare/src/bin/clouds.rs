@@ -86,6 +86,23 @@ fn roll(gap: f64) -> Case {
     }
 }
 
+/// A square of side 2 with a round hole of radius 0.4; pairs whose straight line it blocks half the time.
+fn hole(count: usize) -> Case {
+    let sample = generate::plane_with_hole(count, 1.0, 0.4, 1);
+    let pairs = generate::pairs(count, PAIRS, 2);
+    let truth = pairs
+        .iter()
+        .map(|[a, b]| {
+            closed_form::plane_with_hole(0.4, &sample.parameters[*a], &sample.parameters[*b])
+        })
+        .collect();
+    Case {
+        points: sample.points,
+        pairs,
+        truth,
+    }
+}
+
 fn measure(name: &str, case: &Case, tolerance: f64) -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     let cloud = Cloud::<3>::new(case.points.as_flattened(), 3)?;
@@ -181,6 +198,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "sphere" => sphere(size as usize, noise),
             "torus" => torus(size as usize),
             "roll" => roll(size),
+            "hole" => hole(size as usize),
             other => return Err(format!("unknown shape {other}").into()),
         };
         measure(&argument, &case, tolerance)?;

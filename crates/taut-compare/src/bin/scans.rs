@@ -19,7 +19,10 @@ where
     T::Err: std::error::Error + 'static,
 {
     let text = std::fs::read_to_string(file)?;
-    Ok(text.split_whitespace().map(str::parse).collect::<Result<_, _>>()?)
+    Ok(text
+        .split_whitespace()
+        .map(str::parse)
+        .collect::<Result<_, _>>()?)
 }
 
 fn main() -> Result<(), Failure> {
@@ -48,19 +51,30 @@ fn main() -> Result<(), Failure> {
                 (Ok(from), Ok(to)) => {
                     let path = geodesics.path(&from, &to, &Settings::default());
                     let difference = path.length / truth - 1.0;
-                    (difference, path.status.word(), pair.to_vec(), *truth, path.surface_error / truth)
+                    (
+                        difference,
+                        path.status.word(),
+                        path.steps,
+                        path.points.len(),
+                        pair.to_vec(),
+                        *truth,
+                        path.surface_error / truth,
+                    )
                 }
                 (from, to) => {
                     let error = from.err().or(to.err());
-                    println!("   {pair:?}: {}", error.map_or(String::new(), |e| e.to_string()));
-                    (f64::INFINITY, "no-foot", pair.to_vec(), *truth, 0.0)
+                    println!(
+                        "   {pair:?}: {}",
+                        error.map_or(String::new(), |e| e.to_string())
+                    );
+                    (f64::INFINITY, "no-foot", 0, 0, pair.to_vec(), *truth, 0.0)
                 }
             }
         })
         .collect();
     results.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     let converged = results.iter().filter(|r| r.1 == "converged").count();
-    let covered = results.iter().filter(|r| r.0.abs() <= r.4).count();
+    let covered = results.iter().filter(|r| r.0.abs() <= r.6).count();
     println!(
         "  {} pairs, converged {converged}, covered by surface_error {covered}, |difference| median {:.2e} p90 {:.2e} max {:.2e}",
         results.len(),
@@ -68,7 +82,10 @@ fn main() -> Result<(), Failure> {
         results[results.len() * 9 / 10].0.abs(),
         results[results.len() - 1].0.abs()
     );
-    for result in results.iter().filter(|r| r.0.abs() > 0.03 || r.1 != "converged") {
+    for result in results
+        .iter()
+        .filter(|r| r.0.abs() > 0.03 || r.1 != "converged")
+    {
         println!("   {result:?}");
     }
     Ok(())

@@ -13,6 +13,17 @@ use crate::correction::newton::{Level, Solver};
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
+/// How a guess is pulled taut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// Newton's method on spectral elements.
+    #[default]
+    Newton,
+    /// The paper's geodesic curvature flow (10) on a polyline, nodes spread by (17)-(18): second
+    /// order, for comparison.
+    Flow,
+}
+
 /// What the correction may spend and must reach.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
@@ -20,13 +31,16 @@ pub struct Settings {
     pub tolerance: f64,
     /// Most nodes of a path.
     pub most_nodes: usize,
+    /// How a guess is pulled taut.
+    pub scheme: Scheme,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             tolerance: 1e-6,
-            most_nodes: 8192,
+            most_nodes: 1024,
+            scheme: Scheme::Newton,
         }
     }
 }
@@ -58,9 +72,13 @@ const COARSE_TURNING: f64 = 0.4;
 const COARSE_SEGMENTS: usize = 8;
 /// Turning per element of the final path, radians.
 const ELEMENT_TURNING: f64 = 1.2;
-const MOST_STEPS: usize = 40;
+/// Relative error of a straightened polyline's length, by arcs (19) on segments of that turning.
+const COARSE_ERROR: f64 = 0.01;
+const MOST_STEPS: usize = 25;
+/// Steps per level of the final path; one that is not taut then may need more nodes first.
+const LEVEL_STEPS: usize = 12;
 const MOST_ESCAPES: usize = 4;
-const MOST_LEVELS: usize = 16;
+const MOST_LEVELS: usize = 10;
 
 /// Pulls a guess roughly taut on a polyline: enough to tell its length to a few parts in a thousand.
 ///
@@ -88,6 +106,7 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
         level = solver.solve(surface, &mut curve, 1e-3, MOST_STEPS)?;
         steps += level.steps;
     }
+    level.measure.length = length::arcs(surface, &curve, &mut solver.scratch);
     Some(Taut {
         curve,
         level,
@@ -105,6 +124,9 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     settings: &Settings,
     solver: &mut Solver<D, S::Place>,
 ) -> Path<D> {
+    if settings.scheme == Scheme::Flow {
+        return flow::flow(surface, &coarse.curve.nodes, settings, solver);
+    }
     let mut taut = coarse;
     let start_steps = taut.steps;
     if taut.level.measure.energy == 0.0 {
@@ -113,10 +135,18 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let digits = -settings.tolerance.log10();
     let degree = ((2.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
     let profile = nodes::profile(surface, &taut.curve.nodes, &mut solver.scratch);
-    let elements = ((profile.turning / ELEMENT_TURNING).ceil() as usize).max(1);
+    let detail = surface.detail();
+    let by_detail = if detail > 0.0 {
+        profile.length / detail
+    } else {
+        1.0
+    };
+    let elements = (profile.turning / ELEMENT_TURNING).max(by_detail).ceil() as usize;
+    let elements = elements.clamp(1, settings.most_nodes / (2 * degree));
     let mut knots = spans_of(&taut.curve, &profile.knots(elements));
     let mut steps = start_steps;
     let mut escapes = 0;
+    let mut error = COARSE_ERROR;
     for _ in 0..MOST_LEVELS {
         let Some(mut curve) = taut
             .curve
@@ -125,8 +155,8 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
             return finish(surface, taut, Status::OffSurface, f64::INFINITY, solver);
         };
         let newton_tolerance = (0.01 * settings.tolerance).max(1e-15);
-        let Some(level) = solver.solve(surface, &mut curve, newton_tolerance, MOST_STEPS) else {
-            return finish(surface, taut, Status::OffSurface, f64::INFINITY, solver);
+        let Some(level) = solver.solve(surface, &mut curve, newton_tolerance, LEVEL_STEPS) else {
+            return finish(surface, taut, Status::OffSurface, error, solver);
         };
         steps += level.steps;
         taut = Taut {
@@ -143,23 +173,21 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
         }
         let energy = level.measure.energy;
         let tails = length::tails(&taut.curve, energy);
-        let error = relative_error(&taut, tails.iter().sum());
-        if !level.converged {
-            return finish(surface, taut, Status::NotTaut, error, solver);
-        }
-        if error <= settings.tolerance {
+        error = relative_error(&taut, tails.iter().sum());
+        if error <= settings.tolerance && level.converged {
             return finish(surface, taut, Status::Converged, error, solver);
         }
         let share = 0.25 * settings.tolerance / tails.len() as f64;
         let marked: Vec<bool> = tails.iter().map(|tail| *tail > share).collect();
         let added = marked.iter().filter(|m| **m).count();
+        if added == 0 && !level.converged {
+            return finish(surface, taut, Status::NotTaut, error, solver);
+        }
         if added == 0 || taut.curve.nodes.len() + added * degree > settings.most_nodes {
             return finish(surface, taut, Status::NotResolved, error, solver);
         }
         knots = nodes::insert(&taut.curve.spans, &marked);
     }
-    let tails = length::tails(&taut.curve, taut.level.measure.energy);
-    let error = relative_error(&taut, tails.iter().sum());
     finish(surface, taut, Status::NotResolved, error, solver)
 }
 
@@ -229,7 +257,8 @@ fn finish<const D: usize, S: Surface<D>>(
         normals: Vec::with_capacity(taut.curve.nodes.len()),
         arc_length: taut.curve.arc_lengths(),
     };
-    for node in &taut.curve.nodes {
+    let mut height_errors = length::HeightErrors::default();
+    for (i, node) in taut.curve.nodes.iter().enumerate() {
         let mut place = node.place;
         let off = match surface.foot(&node.point, &mut place, &mut solver.scratch) {
             Some(foot) => (foot - node.point).norm(),
@@ -237,6 +266,21 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.max_off_surface = path.max_off_surface.max(off);
         let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(path.arc_length.len() - 1));
+            let stretch = 0.5 * (path.arc_length[after] - path.arc_length[before]);
+            let chord = taut.curve.nodes[after].point - taut.curve.nodes[before].point;
+            let tangent = solver.scratch.project(&chord);
+            if stretch > 0.0 && tangent.norm() > 0.0 {
+                let curvature = solver.scratch.bend(&tangent.normalize()).norm();
+                let (error, radius) = (
+                    surface.height_error(node.place),
+                    surface.resolution(node.place),
+                );
+                height_errors.add(stretch, curvature, error, radius);
+                if surface.beyond_rim(&node.point, node.place).is_some() {
+                    height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
+                }
+            }
             solver.scratch.normal(0)
         } else {
             crate::Vector::zeros()
@@ -244,6 +288,7 @@ fn finish<const D: usize, S: Surface<D>>(
         path.points.push(node.point);
         path.normals.push(normal);
     }
+    path.surface_error = height_errors.length_error();
     path
 }
 

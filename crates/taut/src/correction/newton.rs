@@ -45,6 +45,8 @@ pub(crate) struct Solver<const D: usize, P> {
 /// into its rim by less than a twentieth of a chart's radius.
 const RIM_STIFFNESS: f64 = 40.0;
 const MOST_SHIFTS: usize = 24;
+/// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
+const LONGEST_STEP: f64 = 0.6;
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     pub fn new(codimension: usize) -> Self {
@@ -345,7 +347,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     }
 
     /// Takes the step, pulls every node back onto the surface, and measures; the nodes are left in
-    /// `trial`. `None` where a node finds no foot.
+    /// `trial`. `None` where a node steps too far or finds no foot.
     fn attempt<S: Surface<D, Place = P>>(
         &mut self,
         surface: &S,
@@ -356,9 +358,15 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         self.trial.clone_from(&curve.nodes);
         for i in 0..curve.nodes.len() - 2 {
             let node = &mut self.trial[i + 1];
+            let step = &self.step[i * k..(i + 1) * k];
+            let resolution = surface.resolution(node.place);
+            let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
+            if resolution > 0.0 && length > LONGEST_STEP * resolution {
+                return None;
+            }
             let mut target = node.point;
-            for a in 0..k {
-                target += self.tangents[i][a] * self.step[i * k + a];
+            for (tangent, s) in self.tangents[i].iter().zip(step) {
+                target += tangent * *s;
             }
             node.point = surface.foot(&target, &mut node.place, &mut self.scratch)?;
         }

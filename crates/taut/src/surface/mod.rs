@@ -47,8 +47,18 @@ pub trait Surface<const D: usize>: Sync {
         None
     }
 
-    /// The wavelength below which the surface has no detail worth resolving (a chart's radius for
-    /// a cloud), and 0 for equations.
+    /// The wavelength of the surface's finest detail where that is known beforehand: a path needs an
+    /// element for each. 0 for equations and clean clouds, whose paths are smooth.
+    fn detail(&self) -> f64 {
+        0.0
+    }
+
+    /// Estimated standard error of the surface's height at a place; 0 for equations.
+    fn height_error(&self, _place: Self::Place) -> f64 {
+        0.0
+    }
+
+    /// The radius of a chart of a cloud, and 0 for equations.
     fn resolution(&self, _place: Self::Place) -> f64 {
         0.0
     }

@@ -8,6 +8,7 @@ use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::fit::Factored;
 use crate::surface::atlas::polynomial::Monomials;
+use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::sheets::{self, Neighbourhood};
 use crate::surface::atlas::{Atlas, Lists};
 use crate::{Matrix, Vector};
@@ -21,8 +22,16 @@ struct Built<const D: usize> {
 
 /// A fit whose scatter exceeds this many spacings may gain from more points.
 const NOISY: f64 = 0.02;
+/// Radii of charts that one element of a path may span where charts are noisy.
+const DETAIL: f64 = 2.0;
 /// Most points of a chart's fit, in multiples of the smallest neighbourhood.
 const MOST_GROWTH: usize = 16;
+/// A higher degree must bring the leave-one-out error below this share of the best lower one's.
+const DEGREE_GAIN: f64 = 0.95;
+/// A smaller neighbourhood must bring it below this share of a larger one's.
+const SMALLER_GAIN: f64 = 0.7;
+/// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
+const MISFIT: f64 = 0.35;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
 const RISE: f64 = 1.15;
 
@@ -60,7 +69,22 @@ impl<const D: usize> Atlas<D> {
             links = self::links(&built, &owner_in_tree, &monomials);
         }
         let neighbours = neighbours(&built, &links, &tree);
+        let own: Vec<Vec<u32>> = built.iter().map(|b| b.own.clone()).collect();
         let charts: Vec<Chart<D>> = built.into_iter().map(|b| b.chart).collect();
+        let roughness = median(charts.iter().map(|c| c.residual / c.spacing));
+        let detail = if roughness > NOISY {
+            DETAIL * median(charts.iter().map(|c| c.radius))
+        } else {
+            0.0
+        };
+        let rim = Rim::new(
+            &charts,
+            &own,
+            &tree.points,
+            &neighbours,
+            intrinsic_dimension,
+        );
+        let outliers = owner_in_tree.iter().filter(|o| **o == u32::MAX).count();
         adopt(&tree, &mut owner_in_tree, &charts);
         let mut owners = vec![0; cloud.points.len()];
         for (owner, index) in owner_in_tree.iter().zip(&tree.order) {
@@ -72,6 +96,9 @@ impl<const D: usize> Atlas<D> {
             owners,
             neighbours,
             monomials,
+            rim,
+            outliers,
+            detail,
             tree,
         })
     }
@@ -106,6 +133,13 @@ fn cell<const D: usize>(
         };
         let (own, rest): (Vec<u32>, Vec<u32>) = left.iter().partition(|i| members.contains(i));
         left = rest;
+        let mut chart = chart;
+        let extent = own
+            .iter()
+            .map(|i| (tree.points[*i as usize] - chart.origin).norm())
+            .fold(2.0 * chart.spacing, f64::max);
+        // Every point of the cell lies well inside the support.
+        chart.radius = chart.radius.max(1.25 * extent);
         built.push(Built {
             chart,
             members,
@@ -115,45 +149,69 @@ fn cell<const D: usize>(
     built
 }
 
-/// Fits the chart around a point: the smallest neighbourhood if its points are clean, larger ones
-/// while that only averages noise (Lepski's rule).
+/// Fits the chart around a point. Clean points get the usual neighbourhood; where residuals of
+/// neighbours agree, the surface turns within few spacings and smaller ones are tried; where they do
+/// not, they are noise, and larger ones are taken while that only averages it (Lepski's rule).
 fn chart<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
     seed: u32,
     found: &mut Vec<Neighbour>,
 ) -> Option<(Chart<D>, Vec<u32>)> {
-    let smallest = 3 * monomials.count(4) + 5;
-    let neighbourhood = sheets::grow(tree, monomials, seed, smallest, found)?;
-    let first = fit_chart(tree, monomials, seed, &neighbourhood)?;
-    let members = neighbourhood.members;
-    let (mut best, mut best_members) = (first.clone(), members);
+    let usual = 3 * monomials.count(4) + 5;
+    let mut fit = |wanted: usize| {
+        let neighbourhood = sheets::grow(tree, monomials, seed, wanted, found)?;
+        let fitted = fit_chart(tree, monomials, seed, &neighbourhood)?;
+        Some((fitted, neighbourhood.members))
+    };
+    let first = fit(usual);
+    let clean = |f: &Fitted<D>| f.chart.residual <= NOISY * f.chart.spacing;
+    if let Some((fitted, members)) = &first
+        && clean(fitted)
+    {
+        return Some((fitted.chart.clone(), members.clone()));
+    }
+    if first
+        .as_ref()
+        .is_none_or(|(fitted, _)| fitted.misfit > MISFIT)
+    {
+        let smaller = [usual / 2, usual / 4 + 1].into_iter().filter_map(&mut fit);
+        let mut candidates = first.into_iter().chain(smaller);
+        let mut best = candidates.next()?;
+        for candidate in candidates {
+            if candidate.0.chart.residual < SMALLER_GAIN * best.0.chart.residual {
+                best = candidate;
+            }
+        }
+        return Some((best.0.chart, best.1));
+    }
+    let mut best = first?;
+    let first = best.0.clone();
     let mut growth = 2;
-    while first.sigma > NOISY * first.chart.spacing && growth <= MOST_GROWTH {
-        let Some(larger) = sheets::grow(tree, monomials, seed, growth * smallest, found) else {
+    while growth <= MOST_GROWTH {
+        let Some((next, members)) = fit(growth * usual) else {
             break;
         };
-        let Some(next) = fit_chart(tree, monomials, seed, &larger) else {
-            break;
-        };
-        let moved = (next.chart.origin - best.chart.origin).norm();
-        let allowed = 2.0 * (next.chart.height_error + best.chart.height_error);
-        if next.sigma > RISE * first.sigma || moved > allowed {
+        let moved = (next.chart.origin - best.0.chart.origin).norm();
+        let allowed = 2.0 * (next.chart.height_error + best.0.chart.height_error);
+        if next.sigma > RISE * first.sigma || moved > allowed || next.misfit > MISFIT {
             break;
         }
-        best = next;
-        best_members = larger.members;
+        best = (next, members);
         growth *= 2;
     }
-    best.chart.radius = first.chart.radius;
-    best.chart.spacing = first.chart.spacing;
-    Some((best.chart, best_members))
+    let mut chart = best.0.chart;
+    chart.radius = chart.radius.min(first.chart.radius);
+    chart.spacing = first.chart.spacing;
+    Some((chart, best.1))
 }
 
 #[derive(Clone)]
 struct Fitted<const D: usize> {
     chart: Chart<D>,
     sigma: f64,
+    /// See [`Factored::misfit`]; only looked at where the fit is not clean.
+    misfit: f64,
 }
 
 /// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
@@ -175,9 +233,19 @@ fn fit_chart<const D: usize>(
     let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
     let factored = Factored::new(monomials, 4, &samples)?;
     let qualities = factored.qualities(monomials, &samples);
-    let (degree, quality) = (1..)
-        .zip(qualities)
-        .min_by(|a, b| a.1.leave_one_out.total_cmp(&b.1.leave_one_out))?;
+    let mut best = (1, *qualities.first()?);
+    for candidate in (1..).zip(qualities) {
+        if candidate.1.leave_one_out < DEGREE_GAIN * best.1.leave_one_out {
+            best = candidate;
+        }
+    }
+    let (degree, quality) = best;
+    let spacing = spread(scale, neighbourhood.members.len(), k);
+    let misfit = if quality.leave_one_out > NOISY * spacing {
+        factored.misfit(monomials, degree, &samples)
+    } else {
+        0.0
+    };
     let mut coefficients = factored.coefficients(monomials, degree);
     let count = monomials.count(degree);
     for a in 0..m {
@@ -191,7 +259,7 @@ fn fit_chart<const D: usize>(
             coefficients,
             degree: degree as u8,
             scale,
-            spacing: neighbourhood.spacing,
+            spacing,
             residual: quality.leave_one_out,
             height_error: quality.leave_one_out
                 * factored
@@ -200,7 +268,13 @@ fn fit_chart<const D: usize>(
                     .min(1.0),
         },
         sigma: quality.sigma,
+        misfit,
     })
+}
+
+/// The distance of neighbouring points among `count` spread evenly over a k-ball.
+fn spread(radius: f64, count: usize, k: usize) -> f64 {
+    radius * (sheets::unit_ball(k) / count as f64).powf(1.0 / k as f64)
 }
 
 /// The frame turned so that the fitted heights have no slope at the origin, which moves onto them.
@@ -373,7 +447,7 @@ impl Usual {
         let (one, other) = (miss(a, b), miss(b, a));
         let limit = 3.0 * self.height_error;
         let errors = a.height_error.min(limit) + b.height_error.min(limit);
-        let slack = 0.35 * a.spacing.min(b.spacing) + 3.0 * errors;
+        let slack = 0.35 * a.spacing.max(b.spacing) + 3.0 * errors;
         if self.rough(a) || self.rough(b) {
             let turned = (0..m).any(|i| {
                 let normal = a.frame.column(i);

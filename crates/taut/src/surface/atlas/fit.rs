@@ -151,6 +151,42 @@ impl Factored {
         sums[..self.degree].iter().map(Sums::quality).collect()
     }
 
+    /// Correlation of each sample's residual with its nearest neighbour's: near 0 for noise, near 1
+    /// where the polynomial does not follow the surface. O(n^2).
+    pub fn misfit(&self, monomials: &Monomials, degree: usize, samples: &Samples) -> f64 {
+        let used = monomials.count(degree);
+        let k = monomials.variables;
+        let mut residuals = samples.heights.clone();
+        for (i, z) in self.orthonormal.chunks(self.count).enumerate() {
+            for (j, projected) in self.projected.chunks(self.count).enumerate() {
+                let prediction: f64 = z[..used]
+                    .iter()
+                    .zip(&projected[..used])
+                    .map(|(z, y)| z * y)
+                    .sum();
+                residuals[i * self.heights + j] -= prediction;
+            }
+        }
+        let product = |a: usize, b: usize| -> f64 {
+            let of = |i: usize| &residuals[i * self.heights..(i + 1) * self.heights];
+            of(a).iter().zip(of(b)).map(|(x, y)| x * y).sum()
+        };
+        let at = |i: usize| &samples.coordinates[i * k..(i + 1) * k];
+        let gap = |a: usize, b: usize| -> f64 {
+            at(a).iter().zip(at(b)).map(|(x, y)| (x - y).powi(2)).sum()
+        };
+        let rows = samples.weights.len();
+        let (mut together, mut alone) = (0.0, 0.0);
+        for i in 0..rows {
+            let others = (0..rows).filter(|j| *j != i);
+            if let Some(j) = others.min_by(|a, b| gap(i, *a).total_cmp(&gap(i, *b))) {
+                together += product(i, j);
+                alone += 0.5 * (product(i, i) + product(j, j));
+            }
+        }
+        if alone > 0.0 { together / alone } else { 0.0 }
+    }
+
     /// Variance of the height at the origin, in units of the variance of a sample of weight 1.
     pub fn variance_at_origin(&self, monomials: &Monomials, degree: usize) -> f64 {
         let mut unit = vec![0.0; monomials.count(degree)];
@@ -272,6 +308,19 @@ mod tests {
                 "degree {degree}"
             );
         }
+    }
+
+    #[test]
+    fn misfit_tells_noise_from_a_surface_not_followed() {
+        let monomials = Monomials::new(2);
+        let mut samples = samples(60);
+        let smooth = Factored::new(&monomials, 2, &samples).expect("regular");
+        assert!(smooth.misfit(&monomials, 1, &samples) > 0.5);
+        for (i, height) in samples.heights.iter_mut().enumerate() {
+            *height = (12.9898 * (i + 1) as f64).sin() * 43758.5453 % 1.0;
+        }
+        let noisy = Factored::new(&monomials, 2, &samples).expect("regular");
+        assert!(noisy.misfit(&monomials, 2, &samples) < 0.3);
     }
 
     #[test]

@@ -9,6 +9,8 @@ pub(crate) mod build;
 pub(crate) mod chart;
 pub(crate) mod fit;
 pub(crate) mod polynomial;
+pub mod report;
+pub(crate) mod rim;
 pub(crate) mod sheets;
 
 use crate::cloud::Cloud;
@@ -21,9 +23,13 @@ use crate::surface::{Geometry, Node, Surface};
 use crate::{Matrix, Vector};
 use chart::{Chart, ChartJet};
 use polynomial::Monomials;
+use rim::Rim;
 
 /// A chart's index: where on an atlas a node lies.
 pub type ChartIndex = u32;
+
+/// A first guess may cut across a rim by this many spacings.
+const CROSSING: f64 = 0.75;
 
 /// A smooth surface through a point cloud.
 pub struct Atlas<const D: usize> {
@@ -34,6 +40,11 @@ pub struct Atlas<const D: usize> {
     /// For each chart, the charts that may overlap its cell, nearest first, itself first.
     pub(crate) neighbours: Lists,
     pub(crate) monomials: Monomials,
+    pub(crate) rim: Rim<D>,
+    /// Points that no chart fitted.
+    outliers: usize,
+    /// See [`Surface::detail`].
+    detail: f64,
     pub(crate) tree: crate::spatial::tree::Tree<D>,
 }
 
@@ -110,6 +121,16 @@ impl<const D: usize> Atlas<D> {
                 reason: "it is too far from the points, or the surface is undefined there",
             }),
         }
+    }
+
+    /// The straight step between two charts' origins does not cross a hole.
+    fn within_extent(&self, i: ChartIndex, j: ChartIndex) -> bool {
+        let (a, b) = (&self.charts[i as usize], &self.charts[j as usize]);
+        [0.25, 0.5, 0.75].iter().all(|t| {
+            let x = a.origin + (b.origin - a.origin) * *t;
+            let depth = |place| self.beyond_rim(&x, place).map_or(0.0, |d| d.0);
+            depth(i).max(depth(j)) <= CROSSING * a.spacing.max(b.spacing)
+        })
     }
 
     /// Calls `visit` for every chart whose support holds `x`, with its weight's argument 1 - r^2/R^2;
@@ -297,6 +318,26 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         out.factor()
     }
 
+    fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {
+        let mut deepest: Option<(f64, Vector<D>)> = None;
+        for chart in self.neighbours.of(place) {
+            for found in self.rim.of(*chart).iter().filter_map(|disc| disc.depth(x)) {
+                if found.0 > deepest.map_or(0.0, |d| d.0) {
+                    deepest = Some(found);
+                }
+            }
+        }
+        deepest
+    }
+
+    fn detail(&self) -> f64 {
+        self.detail
+    }
+
+    fn height_error(&self, place: ChartIndex) -> f64 {
+        self.charts[place as usize].height_error
+    }
+
     fn resolution(&self, place: ChartIndex) -> f64 {
         self.charts[place as usize].radius
     }
@@ -311,6 +352,15 @@ impl<const D: usize> Guide<D> for Atlas<D> {
 }
 
 impl<const D: usize> Geodesics<D, Atlas<D>> {
+    /// The component of an input row's point, numbered by descending number of charts; `None` for
+    /// rows out of range or dropped.
+    #[must_use]
+    pub fn component_of_row(&self, row: usize) -> Option<u32> {
+        let atlas = self.surface();
+        let point = atlas.cloud.point_of_row.get(row).copied().flatten()?;
+        Some(self.components()[atlas.owners[point as usize] as usize])
+    }
+
     /// Makes an atlas ready for path queries: its charts are the nodes of Algorithm 2's graph.
     #[must_use]
     pub fn of_atlas(atlas: Atlas<D>) -> Self {
@@ -323,8 +373,13 @@ impl<const D: usize> Geodesics<D, Atlas<D>> {
                 place,
             })
             .collect();
-        let lists = (0..atlas.neighbours.len() as u32).map(|i| atlas.neighbours.of(i));
-        let graph = Graph::new(nodes, lists);
+        let lists: Vec<Vec<u32>> = (0..atlas.neighbours.len() as u32)
+            .map(|i| {
+                let list = atlas.neighbours.of(i).iter().copied();
+                list.filter(|j| atlas.within_extent(i, *j)).collect()
+            })
+            .collect();
+        let graph = Graph::new(nodes, lists.iter().map(Vec::as_slice));
         Self::with_graph(atlas, graph)
     }
 }

@@ -17,8 +17,6 @@ pub(crate) struct Neighbourhood<const D: usize> {
     pub members: Vec<u32>,
     /// Orthonormal frame: columns 0..m normal, m..D tangent.
     pub frame: Matrix<D>,
-    /// Distance between neighbouring points.
-    pub spacing: f64,
 }
 
 /// Root of (scatter across / scatter along) below which points count as flat.
@@ -70,7 +68,7 @@ fn grow_within<const D: usize>(
     let mut model = Model::plane(tree, &members, &frame, k);
     let mut size = members.len();
     loop {
-        size = (2 * size + 1).min(found.len());
+        size = (size + size / 2 + 1).min(found.len());
         let mut heights: Vec<(f64, u32)> = found[..size]
             .iter()
             .map(|n| (model.height(monomials, origin, &frame, &point(n)), n.index))
@@ -92,11 +90,7 @@ fn grow_within<const D: usize>(
         }
         (frame, model) = Model::fit(tree, monomials, origin, &members, &frame)?;
         if size == found.len() || members.len() >= wanted {
-            return Some(Neighbourhood {
-                members,
-                frame,
-                spacing,
-            });
+            return Some(Neighbourhood { members, frame });
         }
     }
 }

@@ -1,0 +1,94 @@
+//! What an atlas knows of its cloud: spacing, noise, other sheets, rims.
+
+use rayon::prelude::*;
+
+use crate::spatial::tree::Neighbour;
+use crate::surface::atlas::Atlas;
+
+/// Facts about a cloud, for a user to judge what its geodesics are worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Intrinsic dimension k.
+    pub intrinsic_dimension: usize,
+    /// Number of charts.
+    pub charts: usize,
+    /// Distance between neighbouring points: 10th percentile, median and 90th percentile over the
+    /// charts, in the input's units. An estimate from the density of points on the sheet.
+    pub spacing: [f64; 3],
+    /// Median over the charts of the root mean square distance of points from the surface fitted
+    /// without them, in the input's units: the noise where there is some, else the surface's own
+    /// detail that the points do not resolve.
+    pub noise: f64,
+    /// Median over the charts of the estimated standard error of the surface's height.
+    pub height_error: f64,
+    /// How many charts have degree 1, 2, 3, 4.
+    pub degrees: [usize; 4],
+    /// Distance to the nearest other sheet in spacings: 1st percentile over the charts that see one
+    /// within their reach; `None` where none does.
+    pub other_sheet: Option<f64>,
+    /// Estimated length of all rims, holes included; 0 for closed surfaces.
+    pub rim_length: f64,
+    /// Points that no chart fits: outliers.
+    pub outliers: usize,
+}
+
+/// Points looked at around each chart for another sheet.
+const LOOK: usize = 96;
+
+impl<const D: usize> Atlas<D> {
+    /// Facts about the cloud. O(n log n).
+    #[must_use]
+    pub fn report(&self) -> Report {
+        let spacings = sorted(self.charts.iter().map(|c| c.spacing));
+        let at = |values: &[f64], share: f64| values[(share * (values.len() - 1) as f64) as usize];
+        let mut degrees = [0; 4];
+        for chart in &self.charts {
+            degrees[usize::from(chart.degree) - 1] += 1;
+        }
+        let others: Vec<f64> = (0..self.charts.len() as u32)
+            .into_par_iter()
+            .filter_map(|i| self.other_sheet(i))
+            .collect();
+        let others = sorted(others.into_iter());
+        Report {
+            intrinsic_dimension: self.monomials.variables,
+            charts: self.charts.len(),
+            spacing: [at(&spacings, 0.1), at(&spacings, 0.5), at(&spacings, 0.9)],
+            noise: at(&sorted(self.charts.iter().map(|c| c.residual)), 0.5),
+            height_error: at(&sorted(self.charts.iter().map(|c| c.height_error)), 0.5),
+            degrees,
+            other_sheet: (!others.is_empty()).then(|| at(&others, 0.01)),
+            rim_length: self.rim.length(),
+            outliers: self.outliers,
+        }
+    }
+
+    /// Distance in spacings from a chart to a point above or below it that belongs to another sheet.
+    fn other_sheet(&self, i: u32) -> Option<f64> {
+        let chart = &self.charts[i as usize];
+        let m = D - self.monomials.variables;
+        let mut found: Vec<Neighbour> = Vec::new();
+        self.tree.nearest(&chart.origin, LOOK, &mut found);
+        let same_sheet = self.neighbours.of(i);
+        let apart = found.iter().filter_map(|n| {
+            let owner = self.owners[self.tree.order[n.index as usize] as usize];
+            let mut offsets = [0.0; D];
+            chart.offsets(
+                &self.monomials,
+                &self.tree.points[n.index as usize],
+                &mut offsets,
+            );
+            let height = offsets[..m].iter().map(|v| v * v).sum::<f64>().sqrt();
+            // Above or below, rather than beside: the step runs mostly along the normal.
+            let above = height * height > 0.5 * n.squared && height > chart.spacing * 0.5;
+            (above && !same_sheet.contains(&owner)).then_some(height / chart.spacing)
+        });
+        apart.min_by(f64::total_cmp)
+    }
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
