@@ -144,8 +144,13 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             list
         };
         let (start, end) = (entrances(from), entrances(to));
-        let forward = dijkstra::distances(&self.graph, &start);
-        let backward = dijkstra::distances(&self.graph, &end);
+        let shortest = dijkstra::shortest(&self.graph, &start, &end, &to.point);
+        let reach = |node: &Node<D, S::Place>| dijkstra::Reach {
+            target: node.point,
+            longest: shortest * detour,
+        };
+        let forward = dijkstra::distances(&self.graph, &start, reach(to));
+        let backward = dijkstra::distances(&self.graph, &end, reach(from));
         routes::routes(&self.graph, &forward, &backward, most, detour)
             .into_iter()
             .map(|route| {

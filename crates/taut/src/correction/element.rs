@@ -12,8 +12,6 @@ pub(crate) const MAXIMUM_DEGREE: usize = 16;
 /// A polynomial element of given degree on [-1, 1].
 #[derive(Debug)]
 pub(crate) struct Element {
-    /// Degree p; there are p + 1 nodes.
-    pub degree: usize,
     /// Gauss-Lobatto nodes, ascending from -1 to 1.
     pub nodes: Vec<f64>,
     /// Quadrature weights, exact to degree 2 p - 1.
@@ -94,7 +92,6 @@ impl Element {
             }
         }
         Self {
-            degree,
             nodes,
             weights,
             derivative,

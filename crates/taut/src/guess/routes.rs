@@ -16,7 +16,7 @@ pub(crate) struct Route {
 
 /// Routes longer than the shortest by more than this are not looked at unless asked for: zigzags make
 /// graph distances a few per cent too long.
-pub(crate) const DETOUR: f32 = 1.2;
+pub(crate) const DETOUR: f32 = 1.1;
 /// Two routes that share more than this much of their nodes' surroundings are one.
 const SHARED: f64 = 0.85;
 

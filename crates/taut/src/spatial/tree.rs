@@ -54,17 +54,14 @@ impl<const D: usize> Tree<D> {
 
     /// The ranges of the leaves, in order.
     pub fn leaves(&self) -> Vec<Range<usize>> {
-        let mut ranges = vec![0..self.points.len()];
+        let mut starts = vec![0, self.points.len()];
         for _ in 0..self.levels {
-            ranges = ranges
-                .into_iter()
-                .flat_map(|r| {
-                    let middle = (r.start + r.end) / 2;
-                    [r.start..middle, middle..r.end]
-                })
-                .collect();
+            let halves = starts
+                .windows(2)
+                .flat_map(|pair| [pair[0], (pair[0] + pair[1]) / 2]);
+            starts = halves.chain([self.points.len()]).collect();
         }
-        ranges
+        starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
     }
 
     /// The `count` points nearest to `x` (fewer if the tree holds fewer), nearest first; ties by index.

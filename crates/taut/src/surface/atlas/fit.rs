@@ -235,8 +235,7 @@ fn cholesky(a: &mut [f64], count: usize) -> usize {
     for j in 0..count {
         let (above, below) = a.split_at_mut((j + 1) * count);
         let row = &mut above[j * count + j..];
-        // Also true for a pivot that is not a number.
-        if !(row[0] > SMALLEST_PIVOT * largest) {
+        if row[0].is_nan() || row[0] <= SMALLEST_PIVOT * largest {
             return j;
         }
         let root = row[0].sqrt();

@@ -1,6 +1,6 @@
 //! The atlas: a point cloud as a smooth implicit surface.
 //!
-//! Cells of the search tree are split by sheet; each part gets a [chart](chart::Chart), a polynomial
+//! Cells of the search tree are split by sheet; each part gets a *chart*, a polynomial
 //! height over its tangent plane, and the charts are blended into F(x) = sum_c phi_c(x) s_c f_c(x) /
 //! sum_c phi_c(x), phi_c = (1 - r^2/R_c^2)^4, whose zeros are the surface. Charts blend only along the graph of
 //! charts that share points, so sheets that merely come close stay apart.
