@@ -71,7 +71,7 @@ pub(crate) struct HeightErrors {
 }
 
 /// Standard errors counted in the estimate, so that 99 % of lengths on clean clouds are covered.
-const STANDARD_ERRORS: f64 = 3.0;
+const STANDARD_ERRORS: f64 = 5.0;
 /// Slope of a ripple in units of height / radius.
 const RIPPLE: f64 = 3.0;
 

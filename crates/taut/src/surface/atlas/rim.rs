@@ -67,6 +67,7 @@ impl<const D: usize> Rim<D> {
                 discs: Vec::new(),
             };
         }
+        let directions = directions();
         let lists: Vec<Vec<Disc<D>>> = (0..charts.len())
             .into_par_iter()
             .map(|i| {
@@ -75,10 +76,9 @@ impl<const D: usize> Rim<D> {
                     .iter()
                     .map(|j| own[*j as usize].as_slice());
                 let near: Vec<&[u32]> = lists.collect();
-                own[i]
-                    .iter()
-                    .filter_map(|p| disc(&charts[i], *p, &near, points))
-                    .collect()
+                let discs = own[i].iter();
+                let discs = discs.filter_map(|p| disc(&charts[i], *p, &near, points, directions));
+                discs.collect()
             })
             .collect();
         let mut starts = vec![0];
@@ -108,11 +108,11 @@ fn disc<const D: usize>(
     point: u32,
     near: &[&[u32]],
     points: &[Vector<D>],
+    mut free: [(f64, f64, bool); DIRECTIONS],
 ) -> Option<Disc<D>> {
     let m = D - 2;
     let radius = DISC_SPACINGS * chart.spacing;
     let origin = points[point as usize];
-    let mut free = directions();
     let mut left = DIRECTIONS;
     for other in near.iter().flat_map(|list| list.iter()) {
         let offset = points[*other as usize] - origin;
@@ -150,6 +150,7 @@ fn disc<const D: usize>(
     })
 }
 
+/// Unit directions, all marked as empty.
 fn directions() -> [(f64, f64, bool); DIRECTIONS] {
     std::array::from_fn(|i| {
         let angle = std::f64::consts::TAU * i as f64 / DIRECTIONS as f64;

