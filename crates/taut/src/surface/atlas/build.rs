@@ -85,7 +85,7 @@ impl<const D: usize> Atlas<D> {
             intrinsic_dimension,
         );
         let outliers = owner_in_tree.iter().filter(|o| **o == u32::MAX).count();
-        adopt(&tree, &mut owner_in_tree, &charts);
+        adopt(&tree, &monomials, &mut owner_in_tree, &charts);
         let mut owners = vec![0; cloud.points.len()];
         for (owner, index) in owner_in_tree.iter().zip(&tree.order) {
             owners[*index as usize] = *owner;
@@ -466,22 +466,37 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Points that no chart fitted go to the chart of the nearest point that has one.
-fn adopt<const D: usize>(tree: &Tree<D>, owners: &mut [u32], charts: &[Chart<D>]) {
-    debug_assert!(!charts.is_empty());
+/// Points that no chart fitted go to the chart of a near point whose surface passes nearest to them:
+/// the nearest point may lie on another sheet.
+fn adopt<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    owners: &mut [u32],
+    charts: &[Chart<D>],
+) {
     let orphans: Vec<usize> = (0..owners.len())
         .filter(|i| owners[*i] == u32::MAX)
         .collect();
+    let m = D - monomials.variables;
     let mut found: Vec<Neighbour> = Vec::new();
+    let miss = |point: &Vector<D>, owner: u32| {
+        let mut offsets = [0.0; D];
+        charts[owner as usize].offsets(monomials, point, &mut offsets);
+        offsets[..m].iter().map(|v| v * v).sum::<f64>()
+    };
     let adopted: Vec<u32> = orphans
         .iter()
         .map(|orphan| {
+            let point = &tree.points[*orphan];
             let mut count = 32;
             loop {
-                tree.nearest(&tree.points[*orphan], count, &mut found);
-                let near = found.iter().find(|n| owners[n.index as usize] != u32::MAX);
-                if let Some(near) = near {
-                    return owners[near.index as usize];
+                tree.nearest(point, count, &mut found);
+                let near = found.iter().map(|n| owners[n.index as usize]);
+                let best = near
+                    .filter(|owner| *owner != u32::MAX)
+                    .min_by(|a, b| miss(point, *a).total_cmp(&miss(point, *b)));
+                if let Some(owner) = best {
+                    return owner;
                 }
                 count *= 4;
             }
