@@ -21,7 +21,9 @@ pub struct FoundPath {
     pub status: Status,
     /// None where there is no path.
     pub length: Option<f64>,
+    /// Estimated error of the length on the surface taken; None if unknown.
     pub length_error: Option<f64>,
+    /// What the surface adds; 0 for equations, None if unknown.
     pub surface_error: Option<f64>,
     pub stable: bool,
     pub max_geodesic_curvature: Option<f64>,

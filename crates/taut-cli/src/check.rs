@@ -3,7 +3,6 @@
 use std::io::Write;
 
 use serde::Serialize;
-use taut::surface::Surface;
 use taut::surface::atlas::Atlas;
 use taut_io::PointSet;
 
@@ -11,7 +10,7 @@ use crate::answer::coordinates;
 use crate::clouds;
 use crate::equations;
 use crate::exit::{Exit, Failure};
-use crate::output::line;
+use crate::output::{line, significant};
 use crate::progress::Progress;
 use crate::settings::{CheckSettings, Model, Source};
 use crate::surface::{corners, with_size};
@@ -24,7 +23,7 @@ pub struct Facts {
     /// Coordinates of a point.
     pub coordinates: usize,
     /// Dimension of the surface.
-    pub dimension: usize,
+    pub intrinsic_dimension: usize,
     #[serde(flatten)]
     pub points: Option<PointFacts>,
     /// Smallest and largest coordinate on each axis.
@@ -36,7 +35,8 @@ pub struct Facts {
     pub warnings: Vec<String>,
 }
 
-/// What the rows of a file are like.
+/// What the points of a file and the surface through them are like; from `charts` on as in
+/// [`taut::surface::atlas::report::Report`].
 #[derive(Serialize)]
 pub struct PointFacts {
     /// Rows of the file that were read.
@@ -45,8 +45,14 @@ pub struct PointFacts {
     pub points: usize,
     pub duplicates: usize,
     pub non_finite: usize,
-    /// Distinct points too far from the surface to be ends of paths.
-    pub off_surface: usize,
+    pub charts: usize,
+    pub spacing: [f64; 3],
+    pub noise: f64,
+    pub height_error: f64,
+    pub degrees: [usize; 4],
+    pub other_sheet: Option<f64>,
+    pub rim_length: f64,
+    pub outliers: usize,
 }
 
 /// Tells what the surface is like.
@@ -80,34 +86,65 @@ fn cloud_facts<const D: usize>(
     progress: &Progress,
 ) -> Result<Facts, Failure> {
     let atlas: Atlas<D> = clouds::atlas(name, points, model.dimension, progress)?;
-    let dimension = Surface::intrinsic_dimension(&atlas);
+    progress.step("report");
+    let report = atlas.report();
     let cloud = atlas.cloud();
     let (low, high) = corners(&cloud.points);
     let [low, high] = [low, high].map(|v| coordinates(&(v + cloud.centre), points.dimension));
-    let mut counts = PointFacts {
+    let facts = PointFacts {
         rows: points.rows(),
         points: cloud.points.len(),
         duplicates: cloud.duplicates,
         non_finite: cloud.non_finite,
-        off_surface: 0,
+        charts: report.charts,
+        spacing: report.spacing,
+        noise: report.noise,
+        height_error: report.height_error,
+        degrees: report.degrees,
+        other_sheet: report.other_sheet,
+        rim_length: report.rim_length,
+        outliers: report.outliers,
     };
-    progress.step("components");
-    let (components, off_surface) = clouds::component_points(atlas);
-    counts.off_surface = off_surface;
+    let components = clouds::component_points(atlas);
     Ok(Facts {
         surface: name.to_owned(),
         coordinates: points.dimension,
-        dimension,
+        intrinsic_dimension: report.intrinsic_dimension,
         low,
         high,
-        warnings: warnings(&counts, &components),
+        warnings: warnings(&facts, &components),
         components,
-        points: Some(counts),
+        points: Some(facts),
     })
 }
 
+/// Sheets nearer than so many spacings may be read as one.
+const NEAR_SHEET: f64 = 2.0;
+/// Noise of more spacings than this blurs what a few points could tell.
+const LOUD: f64 = 0.5;
+/// Ratio of wide to narrow spacings that is no longer even.
+const UNEVEN: f64 = 5.0;
+/// Share of outliers that is no longer an accident.
+const MANY_OUTLIERS: f64 = 0.01;
+
 /// What will go wrong with a cloud.
 fn warnings(points: &PointFacts, components: &[usize]) -> Vec<String> {
+    let of_rows = rows_lost(points);
+    let of_surface = surface_doubts(points);
+    let mut warnings: Vec<String> = of_rows.into_iter().chain(of_surface).collect();
+    if let [largest, rest @ ..] = components
+        && !rest.is_empty()
+    {
+        let unreachable: usize = rest.iter().sum();
+        warnings.push(format!(
+            "the surface has {} pieces: no path connects the largest, of {largest} points, with the {unreachable} points of the others",
+            components.len()
+        ));
+    }
+    warnings
+}
+
+fn rows_lost(points: &PointFacts) -> Vec<String> {
     let mut warnings = Vec::new();
     if points.non_finite > 0 {
         warnings.push(format!(
@@ -121,19 +158,34 @@ fn warnings(points: &PointFacts, components: &[usize]) -> Vec<String> {
             points.duplicates
         ));
     }
-    if points.off_surface > 0 {
+    warnings
+}
+
+fn surface_doubts(points: &PointFacts) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let [narrow, spacing, wide] = points.spacing;
+    if let Some(distance) = points.other_sheet.filter(|distance| *distance < NEAR_SHEET) {
         warnings.push(format!(
-            "{} points lie too far from the surface, or where it is undefined, to be ends of paths",
-            points.off_surface
+            "another sheet comes as near as {} spacings: sheets nearer than some {NEAR_SHEET} may be read as one, and paths cross between them",
+            significant(distance)
         ));
     }
-    if let [largest, rest @ ..] = components
-        && !rest.is_empty()
-    {
-        let unreachable: usize = rest.iter().sum();
+    if points.noise > LOUD * spacing {
         warnings.push(format!(
-            "the surface has {} pieces: no path connects the largest, of {largest} points, with the {unreachable} points of the others",
-            components.len()
+            "the points lie {} spacings off the surface fitted to them: it is smoothed, and detail that fine is lost",
+            significant(points.noise / spacing)
+        ));
+    }
+    if wide > UNEVEN * narrow {
+        warnings.push(format!(
+            "the spacing varies {}-fold between its 10th and 90th percentile: the surface is least known where points are sparse",
+            significant(wide / narrow)
+        ));
+    }
+    if points.outliers as f64 > MANY_OUTLIERS * points.points as f64 {
+        warnings.push(format!(
+            "{} of {} points are outliers that no chart fits; remove them, or do not start paths there",
+            points.outliers, points.points
         ));
     }
     warnings
@@ -147,14 +199,13 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
     line(
         out,
         "dimension",
-        &format!("{} in {} coordinates", facts.dimension, facts.coordinates),
+        &format!(
+            "{} in {} coordinates",
+            facts.intrinsic_dimension, facts.coordinates
+        ),
     )?;
     if let Some(points) = &facts.points {
-        line(out, "rows", &points.rows.to_string())?;
-        line(out, "distinct points", &points.points.to_string())?;
-        line(out, "duplicates", &points.duplicates.to_string())?;
-        line(out, "not finite", &points.non_finite.to_string())?;
-        line(out, "off the surface", &points.off_surface.to_string())?;
+        write_points(out, points)?;
     }
     line(out, "lowest coordinates", &list(&facts.low))?;
     line(out, "highest coordinates", &list(&facts.high))?;
@@ -176,7 +227,89 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
     Ok(())
 }
 
+fn write_points(out: &mut impl Write, points: &PointFacts) -> std::io::Result<()> {
+    let [narrow, spacing, wide] = points.spacing.map(significant);
+    let noise = [points.noise, points.noise / points.spacing[1]].map(significant);
+    let degrees: Vec<String> = (1..)
+        .zip(points.degrees)
+        .map(|(degree, charts)| format!("{charts} of degree {degree}"))
+        .collect();
+    let rim = match points.rim_length {
+        0.0 => "none".to_owned(),
+        length => format!("{} long, holes included", significant(length)),
+    };
+    let other = match points.other_sheet {
+        None => "none seen".to_owned(),
+        Some(distance) => format!("{} spacings away", significant(distance)),
+    };
+    for (name, value) in [
+        ("rows", points.rows.to_string()),
+        ("distinct points", points.points.to_string()),
+        ("duplicates", points.duplicates.to_string()),
+        ("not finite", points.non_finite.to_string()),
+        ("outliers", points.outliers.to_string()),
+        (
+            "spacing",
+            format!("{spacing} (10 % below {narrow}, 10 % above {wide})"),
+        ),
+        ("noise", format!("{} ({} spacings)", noise[0], noise[1])),
+        ("height error", significant(points.height_error)),
+        ("nearest other sheet", other),
+        ("rims", rim),
+        ("charts", degrees.join(", ")),
+    ] {
+        line(out, name, &value)?;
+    }
+    Ok(())
+}
+
 fn list<T: ToString>(values: &[T]) -> String {
     let values: Vec<String> = values.iter().map(T::to_string).collect();
     values.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn healthy() -> PointFacts {
+        PointFacts {
+            rows: 1000,
+            points: 1000,
+            duplicates: 0,
+            non_finite: 0,
+            charts: 100,
+            spacing: [0.08, 0.1, 0.12],
+            noise: 0.049,
+            height_error: 0.001,
+            degrees: [0, 0, 0, 100],
+            other_sheet: Some(2.1),
+            rim_length: 1.0,
+            outliers: 10,
+        }
+    }
+
+    #[test]
+    fn each_doubt_has_its_warning() {
+        assert_eq!(warnings(&healthy(), &[1000]), [""; 0]);
+        type Spoil = fn(&mut PointFacts);
+        let doubts: [(Spoil, &str); 4] = [
+            (
+                |facts| facts.other_sheet = Some(1.94),
+                "as near as 1.9 spacings",
+            ),
+            (|facts| facts.noise = 0.06, "0.60 spacings off"),
+            (|facts| facts.spacing[2] = 0.48, "varies 6.0-fold"),
+            (
+                |facts| facts.outliers = 11,
+                "11 of 1000 points are outliers",
+            ),
+        ];
+        for (spoil, words) in doubts {
+            let mut facts = healthy();
+            spoil(&mut facts);
+            let said = warnings(&facts, &[1000]);
+            assert!(said.len() == 1 && said[0].contains(words), "{said:?}");
+        }
+    }
 }

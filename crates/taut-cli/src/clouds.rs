@@ -1,6 +1,5 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
-use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
@@ -184,6 +183,10 @@ impl<const D: usize> Locate<D> for MovingLeastSquares<D> {
         self.atlas().cloud().centre
     }
 
+    fn estimates_its_error(&self) -> bool {
+        false
+    }
+
     fn samples(&self) -> Samples<D> {
         Samples::of_cloud(self.atlas().cloud())
     }
@@ -210,24 +213,16 @@ impl<const D: usize> Samples<D> {
     }
 }
 
-/// The number of points on each component of a cloud's surface, largest first, and the number of
-/// those that lie too far from it to be ends of paths.
-pub fn component_points<const D: usize>(atlas: Atlas<D>) -> (Vec<usize>, usize) {
-    let rows: Vec<u32> = atlas.cloud().rows.clone();
+/// The number of points on each component of a cloud's surface, largest first.
+pub fn component_points<const D: usize>(atlas: Atlas<D>) -> Vec<usize> {
     let geodesics = Geodesics::of_atlas(atlas);
-    let components: Vec<Option<u32>> = rows
-        .par_iter()
-        .map(|row| {
-            let node = geodesics.surface().node_of_row(*row as usize).ok()?;
-            Some(geodesics.components()[node.place as usize])
-        })
-        .collect();
     let mut counts = vec![0; geodesics.component_sizes().len()];
-    for component in components.iter().flatten() {
-        counts[*component as usize] += 1;
+    for row in &geodesics.surface().cloud().rows {
+        if let Some(component) = geodesics.component_of_row(*row as usize) {
+            counts[component as usize] += 1;
+        }
     }
     counts.retain(|count| *count > 0);
     counts.sort_unstable_by_key(|count| std::cmp::Reverse(*count));
-    let off_surface = components.iter().filter(|c| c.is_none()).count();
-    (counts, off_surface)
+    counts
 }

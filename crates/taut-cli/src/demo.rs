@@ -12,11 +12,11 @@ use crate::answer::{Answer, FoundPath};
 use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::flags::DemoFlags;
-use crate::output::with_error;
+use crate::output::{exponential, rounded};
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{End, Model};
-use crate::surface::Request;
+use crate::surface::{Prepared, Request};
 
 /// Radius of the roll at its inner end.
 const INNER_RADIUS: f64 = 0.3;
@@ -31,31 +31,54 @@ const SHOWN: [[[f64; 2]; 2]; 2] = [[[0.86, 0.1], [0.99, 0.75]], [[0.98, 0.05], [
 /// Makes the roll, finds the paths, and writes them beside the exact distances.
 pub fn run(flags: &DemoFlags, progress: &Progress) -> Result<Exit, Failure> {
     progress.step("rolling up a sheet");
-    let sheet = jittered_sheet(flags.seed);
-    let points = PointSet {
-        dimension: 3,
-        coordinates: sheet.iter().flat_map(|place| rolled_up(*place)).collect(),
-        ..PointSet::default()
-    };
-    let rows = SHOWN.map(|ends| ends.map(|share| nearest_row(&sheet, share)));
-    let pairs = rows.map(|pair| pair.map(End::Row)).to_vec();
-    let prepared = clouds::of_points("the roll", &points, Model::default(), pairs, progress)?;
+    let roll = Roll::new(flags.seed, progress)?;
     progress.step("paths");
-    let request = Request {
-        correction: correction::Settings::default(),
-        alternatives: 0,
-    };
-    let answers: Vec<Answer> = (0..rows.len())
-        .map(|pair| prepared.answer(pair, &request))
-        .collect();
-    let exact = rows.map(|[from, to]| unrolled_distance(sheet[from], sheet[to]));
+    let answers = roll.answers();
     let exit = answers.iter().map(Answer::exit).max();
     let paths: Vec<FoundPath> = answers.into_iter().map(|answer| answer.path).collect();
     progress.step("drawing");
-    picture::draw(&flags.picture, &prepared.samples(), &paths)?;
+    picture::draw(&flags.picture, &roll.prepared.samples(), &paths)?;
     progress.clear();
-    write(flags, points.rows(), &paths, &exact)?;
+    write(flags, roll.count, &paths, &roll.exact)?;
     Ok(exit.unwrap_or(Exit::Success))
+}
+
+/// The rolled-up sheet with the pairs shown on it.
+struct Roll {
+    /// Number of points.
+    count: usize,
+    prepared: Box<dyn Prepared>,
+    /// Distance of each pair on the sheet unrolled.
+    exact: Vec<f64>,
+}
+
+impl Roll {
+    fn new(seed: u64, progress: &Progress) -> Result<Self, Failure> {
+        let sheet = jittered_sheet(seed);
+        let points = PointSet {
+            dimension: 3,
+            coordinates: sheet.iter().flat_map(|place| rolled_up(*place)).collect(),
+            ..PointSet::default()
+        };
+        let rows = SHOWN.map(|ends| ends.map(|share| nearest_row(&sheet, share)));
+        let pairs = rows.map(|pair| pair.map(End::Row)).to_vec();
+        let exact = rows.map(|[from, to]| unrolled_distance(sheet[from], sheet[to]));
+        Ok(Self {
+            count: sheet.len(),
+            prepared: clouds::of_points("the roll", &points, Model::default(), pairs, progress)?,
+            exact: exact.to_vec(),
+        })
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        let request = Request {
+            correction: correction::Settings::default(),
+            alternatives: 0,
+        };
+        (0..self.exact.len())
+            .map(|pair| self.prepared.answer(pair, &request))
+            .collect()
+    }
 }
 
 fn write(
@@ -75,21 +98,22 @@ fn write(
     )?;
     writeln!(
         out,
-        "{:<26}{:<20}{:<14}status",
-        "length", "exact", "difference"
+        "{:<14}{:<18}{:<14}{:<16}{:<16}status",
+        "length", "exact", "difference", "surface error", "length error"
     )?;
     for (path, exact) in paths.iter().zip(exact) {
         let Some(length) = path.length else {
-            writeln!(out, "{:<26}{exact:<20}{:<14}{}", "inf", "", path.status)?;
+            writeln!(out, "{:<14}{exact:<18.12}{:<46}{}", "inf", "", path.status)?;
             continue;
         };
         let error = path.length_error.unwrap_or(0.0) + path.surface_error.unwrap_or(0.0);
         writeln!(
             out,
-            "{:<26}{:<20.12}{:<14}{}",
-            with_error(length, error),
-            exact,
+            "{:<14}{exact:<18.12}{:<14}{:<16}{:<16}{}",
+            rounded(length, error),
             format!("{:.1e}", length - exact),
+            exponential(path.surface_error),
+            exponential(path.length_error),
             path.status
         )?;
     }
@@ -166,6 +190,24 @@ mod tests {
         });
         let length: f64 = chords.sum();
         assert!((length / sheet_length() - 1.0).abs() < 1e-8, "{length}");
+    }
+
+    #[test]
+    fn the_errors_cover_the_difference() {
+        for seed in 1..=4 {
+            let roll = Roll::new(seed, &Progress::new(true)).expect("a surface");
+            for (answer, exact) in roll.answers().iter().zip(&roll.exact) {
+                let path = &answer.path;
+                let value = |value: Option<f64>| value.expect("known");
+                let difference = (value(path.length) - exact).abs();
+                let [surface, correction] = [path.surface_error, path.length_error].map(value);
+                assert!(surface > 0.0 && surface < 1e-3 * exact, "{surface:e}");
+                assert!(
+                    difference <= surface + correction,
+                    "seed {seed}: {difference:e} against {surface:e} and {correction:e}"
+                );
+            }
+        }
     }
 
     #[test]

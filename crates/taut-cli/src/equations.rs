@@ -120,7 +120,7 @@ fn facts_in<const D: usize>(
     Ok(Facts {
         surface: settings.law.to_string(),
         coordinates: settings.dimension,
-        dimension: Surface::intrinsic_dimension(geodesics.surface()),
+        intrinsic_dimension: Surface::intrinsic_dimension(geodesics.surface()),
         points: None,
         low: coordinates(&low, settings.dimension),
         high: coordinates(&high, settings.dimension),

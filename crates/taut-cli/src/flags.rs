@@ -9,7 +9,7 @@ use taut::surface::shapes::Shape;
 use taut_io::Format;
 
 use crate::exit::Exit;
-use crate::settings::{Bounds, End, Reconstruction, tolerance};
+use crate::settings::{Bounds, Correction, End, Reconstruction, tolerance};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -146,6 +146,9 @@ pub struct PathFlags {
     /// Also up to N further paths, such as round the other side of a hole
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub alternatives: usize,
+    /// How the path is pulled taut
+    #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
+    pub correction: Correction,
     /// Most nodes of a path
     #[arg(long, value_name = "N", default_value_t = 8192)]
     pub most_nodes: usize,

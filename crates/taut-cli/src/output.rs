@@ -105,17 +105,7 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
     let Some(length) = path.length else {
         return line(out, "length", "inf (no path connects the two points)");
     };
-    let (correction, surface) = (path.length_error, path.surface_error.unwrap_or(0.0));
-    match correction {
-        Some(correction) => {
-            line(out, "length", &with_error(length, correction + surface))?;
-            if surface > 0.0 {
-                let parts = format!("{correction:.1e} of the path, {surface:.1e} of the surface");
-                line(out, "error", &parts)?;
-            }
-        }
-        None => line(out, "length", &format!("{length} (error unknown)"))?,
-    }
+    line(out, "length", &with_errors(length, path))?;
     line(out, "status", path.status.word())?;
     line(out, "stable", yes_or_no(path.stable))?;
     line(out, "nodes", &path.nodes().to_string())?;
@@ -136,7 +126,8 @@ pub fn line(out: &mut impl Write, name: &str, value: &str) -> io::Result<()> {
     writeln!(out, "{name:<24}{value}")
 }
 
-fn exponential(value: Option<f64>) -> String {
+/// Two digits, as suits an error.
+pub fn exponential(value: Option<f64>) -> String {
     match value {
         None => "unknown".to_owned(),
         Some(0.0) => "0".to_owned(),
@@ -148,15 +139,49 @@ pub fn yes_or_no(value: bool) -> &'static str {
     if value { "yes" } else { "no" }
 }
 
-/// A value with as many digits as its error leaves, and the error.
-pub fn with_error(value: f64, error: f64) -> String {
+/// The length of a path with as many digits as its errors leave, and the errors: on a cloud first
+/// that of the surface, then that of the path on it.
+pub fn with_errors(length: f64, path: &FoundPath) -> String {
+    match (path.length_error, path.surface_error) {
+        (None, _) => format!("{length:.1e} (error unknown)"),
+        (Some(correction), None) => format!(
+            "{} ± {correction:.1e} (path; error of the surface unknown)",
+            rounded(length, correction)
+        ),
+        (Some(0.0), Some(0.0)) => length.to_string(),
+        (Some(correction), Some(0.0)) => {
+            format!("{} ± {correction:.1e}", rounded(length, correction))
+        }
+        (Some(correction), Some(surface)) => format!(
+            "{} ± {surface:.1e} (surface) ± {correction:.1e} (path)",
+            rounded(length, correction + surface)
+        ),
+    }
+}
+
+/// A value to the second digit of its error.
+pub fn rounded(value: f64, error: f64) -> String {
     if error.is_nan() || error <= 0.0 {
         return value.to_string();
     }
-    let decimals = (1.0 - error.log10().floor()).max(0.0) as usize;
+    let place = error.log10().floor() as i32 - 1;
+    if place > 0 {
+        let unit = 10_f64.powi(place);
+        return ((value / unit).round() * unit).to_string();
+    }
     // An f64 has 17 digits at most.
-    let digits = 17_usize.saturating_sub(value.abs().log10().floor().max(0.0) as usize + 1);
-    format!("{value:.*} ± {error:.1e}", decimals.min(digits.max(1)))
+    let before = value.abs().log10().floor().max(0.0) as usize + 1;
+    let decimals = place.unsigned_abs() as usize;
+    format!("{value:.*}", decimals.min(17_usize.saturating_sub(before)))
+}
+
+/// Two digits, for estimates.
+pub fn significant(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        rounded(value, value.abs())
+    } else {
+        format!("{value:.1e}")
+    }
 }
 
 /// One object for a pair, as it is documented.
@@ -251,9 +276,47 @@ mod tests {
 
     #[test]
     fn digits_stop_where_the_error_begins() {
-        assert_eq!(with_error(2.0 / 3.0, 2.1e-4), "0.66667 ± 2.1e-4");
-        assert_eq!(with_error(123.456, 20.0), "123 ± 2.0e1");
-        assert_eq!(with_error(0.5, 0.0), "0.5");
-        assert_eq!(with_error(1e6 / 3.0, 1e-30), "333333.33333333331 ± 1.0e-30");
+        assert_eq!(rounded(2.0 / 3.0, 2.1e-4), "0.66667");
+        assert_eq!(rounded(123.456, 20.0), "123");
+        assert_eq!(rounded(98_765.4, 2100.0), "98800");
+        assert_eq!(rounded(0.5, 0.0), "0.5");
+        assert_eq!(rounded(1e6 / 3.0, 1e-30), "333333.33333333331");
+    }
+
+    #[test]
+    fn estimates_have_two_digits() {
+        for (value, shown) in [
+            (0.0, "0"),
+            (0.012_345, "0.012"),
+            (2.0 / 3.0, "0.67"),
+            (9.876, "9.9"),
+            (54_321.0, "54000"),
+            (-1.234e-7, "-1.2e-7"),
+            (7.89e12, "7.9e12"),
+        ] {
+            assert_eq!(significant(value), shown);
+        }
+    }
+
+    #[test]
+    fn errors_stand_beside_the_length() {
+        let shown = |length_error, surface_error| {
+            let path = FoundPath {
+                length_error,
+                surface_error,
+                ..FoundPath::new(&taut::result::Path::<3>::none(), &taut::Vector::zeros(), 3)
+            };
+            with_errors(2.0 / 3.0, &path)
+        };
+        assert_eq!(
+            shown(Some(1e-11), Some(2.1e-4)),
+            "0.66667 ± 2.1e-4 (surface) ± 1.0e-11 (path)"
+        );
+        assert_eq!(shown(Some(1e-3), Some(0.0)), "0.6667 ± 1.0e-3");
+        assert_eq!(
+            shown(Some(1e-3), None),
+            "0.6667 ± 1.0e-3 (path; error of the surface unknown)"
+        );
+        assert_eq!(shown(None, Some(1e-3)), "6.7e-1 (error unknown)");
     }
 }

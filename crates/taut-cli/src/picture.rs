@@ -6,7 +6,7 @@ use taut_draw::{Camera, DrawError, Projection, Radii, Scene, Style, render};
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
-use crate::output::with_error;
+use crate::output::with_errors;
 use crate::surface::FlatSamples;
 
 const WIDTH: u32 = 1600;
@@ -38,16 +38,11 @@ fn try_draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(
         scene.add_path(smooth(&projection.apply(&path.points)?, &path.arc_length));
     }
     if let [only] = paths {
-        scene.caption = only.length.map(|length| caption(only, length));
+        let caption = |length| format!("length {}", with_errors(length, only));
+        scene.caption = only.length.map(caption);
     }
     let camera = Camera::automatic(&scene, [0.0, 0.0, 1.0], WIDTH, HEIGHT)?;
     render(&scene, &camera, &Style::default())?.write_png(file)
-}
-
-fn caption(path: &FoundPath, length: f64) -> String {
-    let errors = [path.length_error, path.surface_error];
-    let error = errors.into_iter().flatten().sum();
-    format!("length {}", with_error(length, error))
 }
 
 /// A curve through the nodes of a path: cubic Hermite pieces over the arc length.

@@ -44,6 +44,25 @@ pub enum Reconstruction {
     Mls,
 }
 
+/// How a first guess is pulled taut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Correction {
+    /// Newton's method on curved elements
+    #[default]
+    Newton,
+    /// The geodesic curvature flow of Yu, Zhang and Jiao on polylines, for comparison
+    Flow,
+}
+
+impl From<Correction> for correction::Scheme {
+    fn from(correction: Correction) -> Self {
+        match correction {
+            Correction::Newton => Self::Newton,
+            Correction::Flow => Self::Flow,
+        }
+    }
+}
+
 /// A surface F(x) = 0.
 pub struct EquationSettings {
     pub law: Law,
@@ -263,6 +282,7 @@ impl TryFrom<PathFlags> for PathSettings {
             correction: correction::Settings {
                 tolerance: flags.tolerance,
                 most_nodes: flags.most_nodes,
+                scheme: flags.correction.into(),
             },
             alternatives: flags.alternatives,
             json: flags.json,

@@ -43,6 +43,11 @@ pub trait Locate<const D: usize>: Guide<D> {
     /// What was subtracted from the input's coordinates.
     fn centre(&self) -> Vector<D>;
 
+    /// Whether the `surface_error` of paths is an estimate, or unknown.
+    fn estimates_its_error(&self) -> bool {
+        true
+    }
+
     /// Points of the surface for a picture.
     fn samples(&self) -> Samples<D>;
 }
@@ -151,7 +156,8 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
     }
 
     fn answer(&self, pair: usize, request: &Request) -> Answer {
-        let centre = self.geodesics.surface().centre();
+        let surface = self.geodesics.surface();
+        let centre = surface.centre();
         let [from, to] = &self.pairs[pair];
         let (from, to) = (&from.node, &to.node);
         let paths = match request.alternatives {
@@ -160,13 +166,16 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
                 .geodesics
                 .alternatives(from, to, &request.correction, more + 1),
         };
-        let mut paths = paths
-            .iter()
-            .map(|path| FoundPath::new(path, &centre, self.dimension));
+        let found = |path: &Path<D>| {
+            let mut found = FoundPath::new(path, &centre, self.dimension);
+            found.surface_error = found
+                .surface_error
+                .filter(|_| surface.estimates_its_error());
+            found
+        };
+        let mut paths = paths.iter().map(found);
         Answer {
-            path: paths
-                .next()
-                .unwrap_or_else(|| FoundPath::new(&Path::none(), &centre, self.dimension)),
+            path: paths.next().unwrap_or_else(|| found(&Path::none())),
             alternatives: paths.collect(),
             ends: std::array::from_fn(|i| {
                 let EndNode { named, node, moved } = &self.pairs[pair][i];

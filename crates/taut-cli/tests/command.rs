@@ -222,9 +222,50 @@ fn check_counts_points_and_pieces() {
         assert_eq!(facts[key], count, "{key} in {facts}");
     }
     assert_eq!(facts["components"], serde_json::json!([600, 400]));
+    assert_eq!(facts["intrinsic_dimension"], 2);
     assert_eq!(facts["warnings"].as_array().expect("an array").len(), 3);
     let summary = taut(&["check", file.to_str().expect("UTF-8")]);
     assert!(text(&summary.stdout).contains("2 pieces"));
+}
+
+#[test]
+fn check_measures_a_flat_sheet() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sheet.xyz");
+    let grid = |i: u32| f64::from(i) * 0.01;
+    // Points 0.01 apart on a square of side 0.5, and the same 0.1 above it.
+    let points: Vec<[f64; 3]> = (0..51 * 51 * 2)
+        .map(|i| {
+            [
+                grid(i % 51),
+                grid(i / 51 % 51),
+                0.1 * f64::from(i / (51 * 51)),
+            ]
+        })
+        .collect();
+    write_points(&file, &points);
+    let file = file.to_str().expect("UTF-8");
+    let facts = object(&taut(&["check", file, "--json"]), 0);
+    for i in 0..3 {
+        let spacing = facts["spacing"][i].as_f64().expect("a number");
+        assert!((0.008..0.0125).contains(&spacing), "{facts}");
+    }
+    let sheet = number(&facts, "other_sheet");
+    assert!(number(&facts, "noise") < 1e-12 && (8.0..12.5).contains(&sheet));
+    assert!(
+        (number(&facts, "rim_length") / 4.0 - 1.0).abs() < 0.2,
+        "{facts}"
+    );
+    let degrees = facts["degrees"].as_array().expect("an array");
+    let charts: f64 = degrees.iter().filter_map(serde_json::Value::as_f64).sum();
+    assert_eq!(charts, number(&facts, "charts"));
+    assert_eq!(facts["outliers"], 0);
+    assert_eq!(facts["components"], serde_json::json!([2601, 2601]));
+    let summary = taut(&["check", file]);
+    for name in ["spacing", "noise", "nearest other sheet", "rims", "charts"] {
+        let lines = text(&summary.stdout).lines();
+        assert_eq!(lines.filter(|line| line.starts_with(name)).count(), 1);
+    }
 }
 
 #[test]
@@ -234,7 +275,7 @@ fn check_finds_an_implicit_surface() {
         0,
     );
     assert_eq!(
-        (&facts["coordinates"], &facts["dimension"]),
+        (&facts["coordinates"], &facts["intrinsic_dimension"]),
         (&3.into(), &2.into())
     );
     assert_eq!(facts["components"].as_array().map(Vec::len), Some(1));
@@ -264,7 +305,10 @@ fn the_demo_agrees_with_the_exact_answer() {
     assert_eq!(rows.len(), 2, "{shown}");
     for row in rows {
         let number = |i: usize| row[i].parse::<f64>().expect("a number");
-        assert!((number(0) - number(3)).abs() < 1e-5 * number(3), "{shown}");
+        let [length, exact, difference, surface, path] = std::array::from_fn(number);
+        assert!((length - exact).abs() < 1e-5 * exact, "{shown}");
+        // Shown with two digits each.
+        assert!(difference.abs() <= 1.05 * (surface + path), "{shown}");
     }
     assert!(picture.exists());
 }

@@ -57,6 +57,29 @@ fn named_shapes_meet_the_tolerance() {
 }
 
 #[test]
+fn the_flow_finds_the_same_length_with_more_nodes() {
+    let find = |scheme| {
+        let shape = ["path", "--shape", "torus:1,0.4", "--json", "--tol", "1e-4"];
+        let ends = [
+            "--from",
+            "1.4,0,0",
+            "--to",
+            "0,1,0.4",
+            "--correction",
+            scheme,
+        ];
+        object(&taut(&[&shape[..], &ends].concat()), 0)
+    };
+    let (newton, flow) = (find("newton"), find("flow"));
+    let length = number(&newton, "length");
+    assert_length(&flow, length, 2e-4);
+    assert!(
+        number(&flow, "nodes") > 2.0 * number(&newton, "nodes"),
+        "{flow}"
+    );
+}
+
+#[test]
 fn equations_in_three_four_and_five_variables() {
     let sphere = [
         "--implicit",
@@ -128,6 +151,8 @@ fn a_cloud_by_rows_and_by_coordinates() {
     ]);
     let rows = object(&rows, 0);
     assert_length(&rows, truth, 1e-5);
+    let errors = number(&rows, "length_error") + number(&rows, "surface_error");
+    assert!((number(&rows, "length") - truth).abs() <= errors, "{rows}");
     assert_eq!(rows["from"]["row"], 3);
     let nodes = rows["points"].as_array().expect("points");
     assert_eq!(nodes.len() as f64, number(&rows, "nodes"));
@@ -253,6 +278,50 @@ fn a_tolerance_below_rounding_does_not_converge() {
     let found = object(&taut(&[&shape[..], &ends].concat()), 5);
     assert_eq!(found["converged"], false);
     assert!(number(&found, "length_error") > 1e-16 * number(&found, "length"));
+}
+
+#[test]
+fn the_summary_of_a_cloud_has_both_errors() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let points = sphere(2000, [0.0; 3], 5);
+    write_points(&file, &points);
+    let ends = ["--from", "3", "--to", "1500"];
+    let path = [&["path", file.to_str().expect("UTF-8")][..], &ends].concat();
+    let output = taut(&path);
+    let shown = text(&output.stdout);
+    let words: Vec<&str> = shown
+        .lines()
+        .find(|line| line.starts_with("length"))
+        .expect("a length")
+        .split_whitespace()
+        .collect();
+    let [
+        _,
+        length,
+        "±",
+        surface,
+        "(surface)",
+        "±",
+        correction,
+        "(path)",
+    ] = words[..]
+    else {
+        panic!("{shown}");
+    };
+    let value = |text: &str| text.parse::<f64>().expect("a number");
+    let error = value(surface) + value(correction);
+    let decimals = length.split_once('.').map_or(0, |(_, d)| d.len()) as i32;
+    assert!(
+        (0.01..=0.1).contains(&(10_f64.powi(-decimals) / error)),
+        "{shown}"
+    );
+    assert!((value(length) - angle(points[3], points[1500])).abs() <= 1.1 * error);
+    let planes = object(
+        &taut(&[&path[..], &["--surface", "mls", "--json"]].concat()),
+        0,
+    );
+    assert!(planes["surface_error"].is_null(), "{planes}");
 }
 
 #[test]
