@@ -41,6 +41,9 @@ pub(crate) struct Factored {
     orthonormal: Vec<f64>,
 }
 
+/// Samples whose residual is compared with a neighbour's.
+const PROBED: usize = 64;
+
 /// A pivot below this share of the largest means that the samples do not determine the coefficient.
 const SMALLEST_PIVOT: f64 = 1e-9;
 
@@ -152,7 +155,7 @@ impl Factored {
     }
 
     /// Correlation of each sample's residual with its nearest neighbour's: near 0 for noise, near 1
-    /// where the polynomial does not follow the surface. O(n^2).
+    /// where the polynomial does not follow the surface. Over some [`PROBED`] of the samples: O(n).
     pub fn misfit(&self, monomials: &Monomials, degree: usize, samples: &Samples) -> f64 {
         let used = monomials.count(degree);
         let k = monomials.variables;
@@ -177,7 +180,7 @@ impl Factored {
         };
         let rows = samples.weights.len();
         let (mut together, mut alone) = (0.0, 0.0);
-        for i in 0..rows {
+        for i in (0..rows).step_by(rows.div_ceil(PROBED)) {
             let others = (0..rows).filter(|j| *j != i);
             if let Some(j) = others.min_by(|a, b| gap(i, *a).total_cmp(&gap(i, *b))) {
                 together += product(i, j);
