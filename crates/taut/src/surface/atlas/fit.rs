@@ -174,18 +174,22 @@ impl Factored {
             let of = |i: usize| &residuals[i * self.heights..(i + 1) * self.heights];
             of(a).iter().zip(of(b)).map(|(x, y)| x * y).sum()
         };
-        let at = |i: usize| &samples.coordinates[i * k..(i + 1) * k];
-        let gap = |a: usize, b: usize| -> f64 {
-            at(a).iter().zip(at(b)).map(|(x, y)| (x - y).powi(2)).sum()
-        };
         let rows = samples.weights.len();
         let (mut together, mut alone) = (0.0, 0.0);
         for i in (0..rows).step_by(rows.div_ceil(PROBED)) {
-            let others = (0..rows).filter(|j| *j != i);
-            if let Some(j) = others.min_by(|a, b| gap(i, *a).total_cmp(&gap(i, *b))) {
-                together += product(i, j);
-                alone += 0.5 * (product(i, i) + product(j, j));
+            let here = &samples.coordinates[i * k..(i + 1) * k];
+            let (mut nearest, mut least) = (i, f64::INFINITY);
+            for (j, there) in samples.coordinates.chunks_exact(k).enumerate() {
+                let mut squared = 0.0;
+                for a in 0..k {
+                    squared += (here[a] - there[a]) * (here[a] - there[a]);
+                }
+                if squared < least && j != i {
+                    (nearest, least) = (j, squared);
+                }
             }
+            together += product(i, nearest);
+            alone += 0.5 * (product(i, i) + product(nearest, nearest));
         }
         if alone > 0.0 { together / alone } else { 0.0 }
     }
