@@ -94,6 +94,15 @@ fn closed_surface_has_no_rim_and_a_report_in_spacings() {
 }
 
 #[test]
+fn the_rim_of_a_square_is_its_perimeter() {
+    let points: Vec<[f64; 3]> = (0..51 * 51)
+        .map(|i| [0.01 * f64::from(i % 51), 0.01 * f64::from(i / 51), 0.0])
+        .collect();
+    let report = geodesics(&points).surface().report();
+    assert!((report.rim_length / 2.0 - 1.0).abs() < 0.15, "{report:?}");
+}
+
+#[test]
 fn the_papers_flow_agrees_with_newton() {
     let points = sphere(5_000);
     let geodesics = geodesics(&points);

@@ -76,9 +76,15 @@ impl<const D: usize> Rim<D> {
                     .iter()
                     .map(|j| own[*j as usize].as_slice());
                 let near: Vec<&[u32]> = lists.collect();
+                // A chart at the rim has points on one side only, which makes them seem sparser.
+                let spacings = neighbours
+                    .of(i as u32)
+                    .iter()
+                    .map(|j| charts[*j as usize].spacing);
+                let spacing = spacings.fold(f64::INFINITY, f64::min);
                 let discs = own[i].iter();
                 let discs = discs.filter_map(|p| disc(&charts[i], *p, &near, points, directions));
-                discs.collect()
+                discs.map(|disc| Disc { spacing, ..disc }).collect()
             })
             .collect();
         let mut starts = vec![0];
