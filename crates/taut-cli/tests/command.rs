@@ -233,13 +233,14 @@ fn check_measures_a_flat_sheet() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("sheet.xyz");
     let grid = |i: u32| f64::from(i) * 0.01;
-    // Points 0.01 apart on a square of side 0.5, and the same 0.1 above it.
+    // Points 0.01 apart on a square of side 0.5, and the same 0.03 above it; at
+    // the rim, with points on one side only, the spacing is estimated a quarter too large.
     let points: Vec<[f64; 3]> = (0..51 * 51 * 2)
         .map(|i| {
             [
                 grid(i % 51),
                 grid(i / 51 % 51),
-                0.1 * f64::from(i / (51 * 51)),
+                0.03 * f64::from(i / (51 * 51)),
             ]
         })
         .collect();
@@ -248,10 +249,10 @@ fn check_measures_a_flat_sheet() {
     let facts = object(&taut(&["check", file, "--json"]), 0);
     for i in 0..3 {
         let spacing = facts["spacing"][i].as_f64().expect("a number");
-        assert!((0.008..0.0125).contains(&spacing), "{facts}");
+        assert!((0.008..0.014).contains(&spacing), "{facts}");
     }
     let sheet = number(&facts, "other_sheet");
-    assert!(number(&facts, "noise") < 1e-12 && (8.0..12.5).contains(&sheet));
+    assert!(number(&facts, "noise") < 1e-12 && (2.0..3.5).contains(&sheet));
     assert!(
         (number(&facts, "rim_length") / 4.0 - 1.0).abs() < 0.2,
         "{facts}"

@@ -59,7 +59,7 @@ fn named_shapes_meet_the_tolerance() {
 #[test]
 fn the_flow_finds_the_same_length_with_more_nodes() {
     let find = |scheme| {
-        let shape = ["path", "--shape", "torus:1,0.4", "--json", "--tol", "1e-4"];
+        let shape = ["path", "--shape", "torus:1,0.4", "--json", "--tol", "1e-6"];
         let ends = [
             "--from",
             "1.4,0,0",
@@ -72,7 +72,7 @@ fn the_flow_finds_the_same_length_with_more_nodes() {
     };
     let (newton, flow) = (find("newton"), find("flow"));
     let length = number(&newton, "length");
-    assert_length(&flow, length, 2e-4);
+    assert_length(&flow, length, 2e-6);
     assert!(
         number(&flow, "nodes") > 2.0 * number(&newton, "nodes"),
         "{flow}"
