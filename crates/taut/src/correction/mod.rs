@@ -142,7 +142,7 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
         1.0
     };
     let elements = (profile.turning / ELEMENT_TURNING).max(by_detail).ceil() as usize;
-    let elements = elements.clamp(1, settings.most_nodes / (2 * degree));
+    let elements = elements.clamp(1, (settings.most_nodes / (2 * degree)).max(1));
     let mut knots = spans_of(&taut.curve, &profile.knots(elements));
     let mut steps = start_steps;
     let mut escapes = 0;
