@@ -70,6 +70,8 @@ impl<const D: usize, P: Copy> Taut<D, P> {
 /// surface, coarse enough that a zigzag guess is smoothed by a few steps.
 const COARSE_TURNING: f64 = 0.4;
 const COARSE_SEGMENTS: usize = 8;
+/// Times that the first polyline is made finer because a segment left the surface.
+const MOST_COARSE_LEVELS: usize = 4;
 /// Turning per element of the final path, radians.
 const ELEMENT_TURNING: f64 = 1.2;
 /// Relative error of a straightened polyline's length, by arcs (19) on segments of that turning.
@@ -82,36 +84,56 @@ const MOST_LEVELS: usize = 10;
 
 /// Pulls a guess roughly taut on a polyline: enough to tell its length to a few parts in a thousand.
 ///
-/// `None` where the guess cannot be followed on the surface.
+/// A polyline shortens itself by leaping from one part of the surface to another through space; it is
+/// begun anew with twice the segments where one does. `None` where the guess cannot be followed.
 pub(crate) fn straighten<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
     solver: &mut Solver<D, S::Place>,
 ) -> Option<Taut<D, S::Place>> {
     let profile = nodes::profile(surface, guess, &mut solver.scratch);
-    let segments = ((profile.turning / COARSE_TURNING).ceil() as usize).max(COARSE_SEGMENTS);
-    let knots = if profile.length > 0.0 {
-        profile.knots(segments)
-    } else {
-        vec![0.0, 1.0]
-    };
-    let mut curve = nodes::resample(surface, guess, &profile, &knots, &mut solver.scratch);
+    let mut segments = ((profile.turning / COARSE_TURNING).ceil() as usize).max(COARSE_SEGMENTS);
     let mut steps = 0;
-    let mut level = solver.solve(surface, &mut curve, 1e-3, MOST_STEPS)?;
-    steps += level.steps;
+    let mut levels = 1;
+    loop {
+        let knots = if profile.length > 0.0 {
+            profile.knots(segments)
+        } else {
+            vec![0.0, 1.0]
+        };
+        let mut curve = nodes::resample(surface, guess, &profile, &knots, &mut solver.scratch);
+        let level = straighten_polyline(surface, &mut curve, solver)?;
+        steps += level.steps;
+        if levels == MOST_COARSE_LEVELS || !nodes::leaps(surface, &curve, &mut solver.scratch) {
+            return Some(Taut {
+                curve,
+                level,
+                steps,
+            });
+        }
+        segments *= 2;
+        levels += 1;
+    }
+}
+
+/// Newton on a polyline, with escapes from saddles; the level's length is that of the arcs.
+fn straighten_polyline<const D: usize, S: Surface<D>>(
+    surface: &S,
+    curve: &mut Curve<D, S::Place>,
+    solver: &mut Solver<D, S::Place>,
+) -> Option<Level> {
+    let mut level = solver.solve(surface, curve, 1e-3, MOST_STEPS)?;
+    let mut steps = level.steps;
     for _ in 0..MOST_ESCAPES {
-        if level.index == Some(0) || solver.escape(surface, &mut curve).is_none() {
+        if level.index == Some(0) || solver.escape(surface, curve).is_none() {
             break;
         }
-        level = solver.solve(surface, &mut curve, 1e-3, MOST_STEPS)?;
+        level = solver.solve(surface, curve, 1e-3, MOST_STEPS)?;
         steps += level.steps;
     }
-    level.measure.length = length::arcs(surface, &curve, &mut solver.scratch);
-    Some(Taut {
-        curve,
-        level,
-        steps,
-    })
+    level.steps = steps;
+    level.measure.length = length::arcs(surface, curve, &mut solver.scratch);
+    Some(level)
 }
 
 /// Pulls a straightened path taut to the tolerance: higher degree, spans by curvature, elements

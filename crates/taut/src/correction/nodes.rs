@@ -118,6 +118,25 @@ pub(crate) fn resample<const D: usize, S: Surface<D>>(
     }
 }
 
+/// Sagitta of a segment, in shares of its length, above which it no longer follows the surface: an arc
+/// of 2 radians has 0.27.
+const LEAP: f64 = 0.3;
+
+/// Whether a segment of a polyline leaves the surface instead of following it.
+pub(crate) fn leaps<const D: usize, S: Surface<D>>(
+    surface: &S,
+    curve: &Curve<D, S::Place>,
+    scratch: &mut Geometry<D>,
+) -> bool {
+    curve.nodes.windows(2).any(|pair| {
+        let middle = (pair[0].point + pair[1].point) * 0.5;
+        let allowed = LEAP * (pair[1].point - pair[0].point).norm();
+        let mut place = pair[0].place;
+        let foot = surface.foot(&middle, &mut place, scratch);
+        allowed > 0.0 && foot.is_none_or(|foot| (foot - middle).norm() > allowed)
+    })
+}
+
 /// The knots of a curve with the marked elements halved.
 pub(crate) fn insert(spans: &[f64], marked: &[bool]) -> Vec<f64> {
     let mut knots = vec![0.0];

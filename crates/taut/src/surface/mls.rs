@@ -103,8 +103,8 @@ impl<const D: usize> MovingLeastSquares<D> {
             .map(|home| sheet_around(&atlas, &extents, home, CUTOFF * h))
             .collect();
         Ok(Self {
-            owned: Lists::from_vectors(&cells),
-            around: Lists::from_vectors(&around),
+            owned: Lists::new(cells.iter().map(|cell| cell.iter().copied())),
+            around: Lists::new(around.iter().map(|list| list.iter().copied())),
             atlas,
             h,
             extents,

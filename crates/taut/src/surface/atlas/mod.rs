@@ -8,9 +8,11 @@
 pub(crate) mod build;
 pub(crate) mod chart;
 pub(crate) mod fit;
+mod links;
 pub(crate) mod polynomial;
 pub mod report;
 pub(crate) mod rim;
+mod scale;
 pub(crate) mod sheets;
 
 use crate::cloud::Cloud;
@@ -39,6 +41,9 @@ pub struct Atlas<const D: usize> {
     pub(crate) owners: Vec<u32>,
     /// For each chart, the charts that may overlap its cell, nearest first, itself first.
     pub(crate) neighbours: Lists,
+    /// For each of them 1 where its normal points to the same side as the first's, -1 where not; means
+    /// nothing for several normals.
+    sides: Vec<i8>,
     pub(crate) monomials: Monomials,
     pub(crate) rim: Rim<D>,
     /// Points that no chart fitted.
@@ -56,18 +61,23 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    pub fn from_vectors(lists: &[Vec<u32>]) -> Self {
+    pub fn new(lists: impl Iterator<Item = impl Iterator<Item = u32>>) -> Self {
         let mut starts = vec![0];
-        let mut items = Vec::with_capacity(lists.iter().map(Vec::len).sum());
+        let mut items = Vec::new();
         for list in lists {
-            items.extend_from_slice(list);
+            items.extend(list);
             starts.push(items.len() as u32);
         }
         Self { starts, items }
     }
 
     pub fn of(&self, i: u32) -> &[u32] {
-        &self.items[self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize]
+        &self.items[self.range(i)]
+    }
+
+    /// Where list i lies among the items of all lists.
+    pub fn range(&self, i: u32) -> std::ops::Range<usize> {
+        self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize
     }
 
     pub fn len(&self) -> usize {
@@ -133,22 +143,23 @@ impl<const D: usize> Atlas<D> {
         })
     }
 
-    /// Calls `visit` for every chart whose support holds `x`, with its weight's argument 1 - r^2/R^2;
-    /// returns whether there was one.
+    /// Calls `visit` for every chart whose support holds `x`, with its side, its offset from the
+    /// origin and its weight's argument 1 - r^2/R^2; returns whether there was one.
     fn overlapping(
         &self,
         x: &Vector<D>,
         home: ChartIndex,
-        mut visit: impl FnMut(&Chart<D>, Vector<D>, f64),
+        mut visit: impl FnMut(&Chart<D>, f64, Vector<D>, f64),
     ) -> bool {
         let mut any = false;
-        for index in self.neighbours.of(home) {
+        let sides = &self.sides[self.neighbours.range(home)];
+        for (index, side) in self.neighbours.of(home).iter().zip(sides) {
             let chart = &self.charts[*index as usize];
             let offset = x - chart.origin;
             let inside = 1.0 - offset.norm_squared() / (chart.radius * chart.radius);
             if inside > 0.0 {
                 any = true;
-                visit(chart, offset, inside);
+                visit(chart, f64::from(*side), offset, inside);
             }
         }
         any
@@ -166,13 +177,17 @@ impl<const D: usize> Atlas<D> {
         let home_chart = &self.charts[home as usize];
         let mut jet = ChartJet::new();
         let mut total = Weight::zero();
-        let any = self.overlapping(x, home, |chart, offset, inside| {
+        let any = self.overlapping(x, home, |chart, side, offset, inside| {
             chart.jet(&self.monomials, x, hessians, &mut jet);
             let weight = Weight::new(inside, &offset, chart.radius);
             total.add(&weight);
             for a in 0..m {
                 for b in 0..m {
-                    let alignment = alignment(home_chart, chart, a, b, m);
+                    let alignment = if m == 1 {
+                        side
+                    } else {
+                        home_chart.frame.column(a).dot(&chart.frame.column(b))
+                    };
                     let value = alignment * jet.value[b];
                     out.values[a] += weight.value * value;
                     out.gradients[a] +=
@@ -246,23 +261,6 @@ impl<const D: usize> Weight<D> {
         self.value += other.value;
         self.gradient += other.gradient;
         self.hessian += other.hessian;
-    }
-}
-
-/// How normal b of a chart counts towards normal a of the home chart: the sign that turns it to the
-/// same side for one normal, the cosine for several.
-fn alignment<const D: usize>(
-    home: &Chart<D>,
-    chart: &Chart<D>,
-    a: usize,
-    b: usize,
-    m: usize,
-) -> f64 {
-    let cosine = home.frame.column(a).dot(&chart.frame.column(b));
-    if m == 1 {
-        1.0_f64.copysign(cosine)
-    } else {
-        cosine
     }
 }
 

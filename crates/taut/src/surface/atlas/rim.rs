@@ -13,6 +13,8 @@ use crate::surface::atlas::chart::Chart;
 
 /// Radius of the discs in spacings: holes narrower than twice that are not seen.
 pub(crate) const DISC_SPACINGS: f64 = 2.5;
+/// A disc at a rim has more neighbours than this within its radius; one in a mere thin spot has not.
+const COMPANIONS: usize = 2;
 /// Directions in which a disc may touch a point.
 const DIRECTIONS: usize = 24;
 
@@ -89,8 +91,15 @@ impl<const D: usize> Rim<D> {
             .collect();
         let mut starts = vec![0];
         let mut discs = Vec::new();
-        for list in lists {
-            discs.extend(list);
+        for (i, list) in lists.iter().enumerate() {
+            let near = neighbours.of(i as u32).iter();
+            let near: Vec<&Disc<D>> = near.flat_map(|j| &lists[*j as usize]).collect();
+            let together = |disc: &&Disc<D>| {
+                let touching =
+                    |other: &&&Disc<D>| (other.centre - disc.centre).norm() <= disc.radius;
+                near.iter().filter(touching).count() > COMPANIONS
+            };
+            discs.extend(list.iter().filter(together));
             starts.push(discs.len() as u32);
         }
         Self { starts, discs }

@@ -27,10 +27,14 @@ const GAP_DEVIATIONS: f64 = 4.0;
 /// ... and than this many spacings.
 const GAP_SPACINGS: f64 = 0.4;
 
-/// Points among which a plane is sought where no neighbourhood is flat, ...
-const CONSENSUS_POINTS: usize = 18;
-/// ... and the slope against it up to which they count as on it.
-const CONSENSUS_SLOPE: f64 = 0.15;
+/// Points that may surround a seed on a plane, ...
+const SURROUNDING_POINTS: usize = 24;
+/// ... the height over it up to which they count as on it, in spacings, ...
+const THICKNESS: f64 = 0.5;
+/// ... the directions in it that are told apart, ...
+const SECTORS: usize = 8;
+/// ... and how many of them hold points where the plane is the sheet's.
+const SURROUNDED: usize = 6;
 
 /// Grows the sheet around the tree's point `seed` to `wanted` points; `None` where there is no
 /// tangent space (points on a line).
@@ -64,7 +68,7 @@ fn grow_within<const D: usize>(
     let k = monomials.variables;
     let point = |n: &Neighbour| tree.points[n.index as usize];
     let spacing = spacing(found, k);
-    let (mut members, mut frame) = first_plane(tree, k, found)?;
+    let (mut members, frame) = first_plane(tree, k, found)?;
     let mut model = Model::plane(tree, &members, &frame, k);
     let mut size = members.len();
     loop {
@@ -88,7 +92,7 @@ fn grow_within<const D: usize>(
         if members.len() <= k + 1 {
             return None;
         }
-        (frame, model) = Model::fit(tree, monomials, origin, &members, &frame)?;
+        model = Model::fit(tree, monomials, origin, &members, &frame)?;
         if size == found.len() || members.len() >= wanted {
             return Some(Neighbourhood { members, frame });
         }
@@ -111,119 +115,164 @@ pub(crate) fn unit_ball(k: usize) -> f64 {
     }
 }
 
-/// The smallest flat neighbourhood: its points and its frame.
+/// The smallest flat neighbourhood: its points and its frame. On surfaces in space its plane's points
+/// must surround the seed too: an arc of points about a thin limb is flat as well.
 fn first_plane<const D: usize>(
     tree: &Tree<D>,
     k: usize,
     found: &[Neighbour],
 ) -> Option<(Vec<u32>, Matrix<D>)> {
-    let mut last = None;
+    let around = (k == 2 && D == 3).then(|| Around::new(tree, found));
+    let mut flattest: Option<(Vec<u32>, Principal<D>)> = None;
     let mut size = k + 4;
-    while size <= found.len().min(40) || last.is_none() {
+    while size <= found.len().min(40) || flattest.is_none() {
         let size_here = size.min(found.len());
         let indices: Vec<u32> = found[..size_here].iter().map(|n| n.index).collect();
-        if let Some((frame, flatness)) = principal_frame(tree, &indices, k) {
-            if flatness < FLAT {
-                return Some((indices, frame));
+        if let Some(principal) = Principal::new(tree, &indices, k) {
+            if principal.flatness < FLAT
+                && around
+                    .as_ref()
+                    .is_none_or(|a| a.sectors(&principal.frame) >= SURROUNDED)
+            {
+                return Some((indices, principal.frame));
             }
-            last = Some((indices, frame));
+            if flattest
+                .as_ref()
+                .is_none_or(|f| principal.flatness < f.1.flatness)
+            {
+                flattest = Some((indices, principal));
+            }
         }
         if size >= found.len() {
             break;
         }
         size += size / 2;
     }
-    if k == 2
-        && D == 3
-        && let Some(plane) = consensus_plane(tree, found)
-    {
-        return Some(plane);
-    }
-    last
+    let surrounded = around.and_then(|around| around.plane(found));
+    surrounded.or_else(|| flattest.map(|(indices, principal)| (indices, principal.frame)))
 }
 
-/// Frame by principal components, normals first, and its flatness; `None` where fewer than k
-/// directions have extent.
-fn principal_frame<const D: usize>(
-    tree: &Tree<D>,
-    indices: &[u32],
-    k: usize,
-) -> Option<(Matrix<D>, f64)> {
-    let count = indices.len() as f64;
-    let mean = indices.iter().fold(Vector::<D>::zeros(), |sum, i| {
-        sum + tree.points[*i as usize]
-    }) / count;
-    let mut covariance = Matrix::<D>::zeros();
-    for i in indices {
-        let offset = tree.points[*i as usize] - mean;
-        covariance += offset * offset.transpose();
-    }
-    let eigen = nalgebra::SymmetricEigen::try_new(
-        nalgebra::DMatrix::from_column_slice(D, D, covariance.as_slice()),
-        f64::EPSILON,
-        200,
-    )?;
-    let mut order: Vec<usize> = (0..D).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let mut frame = Matrix::<D>::zeros();
-    for (column, source) in order.iter().enumerate() {
-        for row in 0..D {
-            frame[(row, column)] = eigen.eigenvectors[(row, *source)];
-        }
-    }
-    let sorted = |i: usize| eigen.eigenvalues[order[i]].max(0.0);
-    let (across, along, longest) = (sorted(D - k - 1), sorted(D - k), sorted(D - 1));
-    (along > 1e-10 * longest && longest > 0.0).then(|| (frame, (across / along).sqrt()))
+/// The principal components of some points.
+struct Principal<const D: usize> {
+    /// Columns by ascending scatter: normals first.
+    frame: Matrix<D>,
+    /// Root of (scatter across / least scatter along) the first k.
+    flatness: f64,
 }
 
-/// A plane through the seed that holds most of its near neighbours, and those it holds: for points
-/// between close layers, where no neighbourhood is flat.
-fn consensus_plane<const D: usize>(
-    tree: &Tree<D>,
-    found: &[Neighbour],
-) -> Option<(Vec<u32>, Matrix<D>)> {
-    let near = &found[..found.len().min(CONSENSUS_POINTS)];
-    let offsets: Vec<Vector<D>> = near
-        .iter()
-        .map(|n| tree.points[n.index as usize] - tree.points[near[0].index as usize])
-        .collect();
-    let within = |offset: &Vector<D>, normal: &Vector<D>| {
-        offset.dot(normal).abs() <= CONSENSUS_SLOPE * offset.norm()
-    };
-    let mut best: Option<(usize, f64, Vector<D>)> = None;
-    for a in 1..near.len().min(10) {
-        for b in 1..a {
-            let mut normal = Vector::<D>::zeros();
-            for i in 0..3 {
-                let (j, l) = ((i + 1) % 3, (i + 2) % 3);
-                normal[i] = offsets[a][j] * offsets[b][l] - offsets[a][l] * offsets[b][j];
-            }
-            let area = normal.norm();
-            if area <= 0.3 * offsets[a].norm() * offsets[b].norm() {
-                continue;
-            }
-            normal /= area;
-            let inside = offsets.iter().filter(|o| within(o, &normal));
-            let (count, sum) = inside.fold((0, 0.0), |(n, s), o| (n + 1, s + o.dot(&normal).abs()));
-            if best.is_none_or(|(most, least, _)| count > most || (count == most && sum < least)) {
-                best = Some((count, sum, normal));
+impl<const D: usize> Principal<D> {
+    /// `None` where fewer than k directions have extent.
+    fn new(tree: &Tree<D>, indices: &[u32], k: usize) -> Option<Self> {
+        let count = indices.len() as f64;
+        let mean = indices.iter().fold(Vector::<D>::zeros(), |sum, i| {
+            sum + tree.points[*i as usize]
+        }) / count;
+        let mut covariance = Matrix::<D>::zeros();
+        for i in indices {
+            let offset = tree.points[*i as usize] - mean;
+            covariance += offset * offset.transpose();
+        }
+        let eigen = nalgebra::SymmetricEigen::try_new(
+            nalgebra::DMatrix::from_column_slice(D, D, covariance.as_slice()),
+            f64::EPSILON,
+            200,
+        )?;
+        let mut order: Vec<usize> = (0..D).collect();
+        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        let mut frame = Matrix::<D>::zeros();
+        for (column, source) in order.iter().enumerate() {
+            for row in 0..D {
+                frame[(row, column)] = eigen.eigenvectors[(row, *source)];
             }
         }
+        let scatter = |i: usize| eigen.eigenvalues[order[i]].max(0.0);
+        let (across, along, longest) = (scatter(D - k - 1), scatter(D - k), scatter(D - 1));
+        if along <= 1e-10 * longest || longest == 0.0 {
+            return None;
+        }
+        Some(Self {
+            frame,
+            flatness: (across / along).sqrt(),
+        })
     }
-    let (count, _, normal) = best?;
-    if count < 6 {
-        return None;
+}
+
+/// The near neighbours of a seed in space, as offsets in spacings: which planes do they surround it on?
+///
+/// Each of [`SECTORS`] directions in a plane counts by the nearest point in it alone, so that neither
+/// the many points along a scan line nor those of other layers outvote the few of the sheet.
+struct Around<const D: usize> {
+    offsets: Vec<Vector<D>>,
+}
+
+impl<const D: usize> Around<D> {
+    fn new(tree: &Tree<D>, found: &[Neighbour]) -> Self {
+        let spacing = spacing(found, 2);
+        let point = |n: &Neighbour| tree.points[n.index as usize];
+        let near = found.iter().take(SURROUNDING_POINTS);
+        Self {
+            offsets: near
+                .map(|n| (point(n) - point(&found[0])) / spacing)
+                .collect(),
+        }
     }
-    let mut frame = Matrix::<D>::zeros();
-    frame.set_column(0, &normal);
-    complete(&mut frame, 1);
-    let members = near
-        .iter()
-        .zip(&offsets)
-        .filter(|(_, o)| within(o, &normal))
-        .map(|(n, _)| n.index)
-        .collect();
-    Some((members, frame))
+
+    /// The weight of the nearest point on a plane in each sector.
+    fn weights(&self, frame: &Matrix<D>) -> [f64; SECTORS] {
+        let mut sectors = [0.0_f64; SECTORS];
+        for offset in &self.offsets[1..] {
+            let height = offset.dot(&frame.column(0)) / THICKNESS;
+            if height.abs() < 1.0 {
+                let (x, y) = (offset.dot(&frame.column(1)), offset.dot(&frame.column(2)));
+                let sector = usize::from(y < 0.0) * 4
+                    + usize::from(x < 0.0) * 2
+                    + usize::from(x.abs() < y.abs());
+                let weight = (1.0 - height * height) / (1.0 + offset.norm_squared());
+                sectors[sector] = sectors[sector].max(weight);
+            }
+        }
+        sectors
+    }
+
+    /// The number of sectors in which a plane has points.
+    fn sectors(&self, frame: &Matrix<D>) -> usize {
+        self.weights(frame).iter().filter(|w| **w > 0.0).count()
+    }
+
+    /// The plane through the seed and two neighbours on which they surround it best, and the points
+    /// on it: for seeds between close layers, on thin limbs or on scan lines.
+    fn plane(&self, found: &[Neighbour]) -> Option<(Vec<u32>, Matrix<D>)> {
+        let mut best: Option<(f64, Matrix<D>)> = None;
+        for (a, first) in self.offsets.iter().enumerate().skip(1) {
+            for second in &self.offsets[1..a] {
+                let mut normal = Vector::<D>::zeros();
+                for i in 0..3 {
+                    let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+                    normal[i] = first[j] * second[l] - first[l] * second[j];
+                }
+                let area = normal.norm();
+                if area <= 0.3 * first.norm() * second.norm() {
+                    continue;
+                }
+                let mut frame = Matrix::<D>::zeros();
+                frame.set_column(0, &(normal / area));
+                complete(&mut frame, 1);
+                let weights = self.weights(&frame);
+                let occupied = weights.iter().filter(|w| **w > 0.0).count() as f64 / SECTORS as f64;
+                let support = occupied * occupied * weights.iter().sum::<f64>();
+                if best.is_none_or(|(most, _)| support > most) {
+                    best = Some((support, frame));
+                }
+            }
+        }
+        let (_, frame) = best?;
+        let on_plane = found
+            .iter()
+            .zip(&self.offsets)
+            .filter(|(_, offset)| offset.dot(&frame.column(0)).abs() <= THICKNESS);
+        let members: Vec<u32> = on_plane.map(|(n, _)| n.index).collect();
+        (members.len() >= 4).then_some((members, frame))
+    }
 }
 
 /// Fills columns from `first` on so that the matrix is orthonormal.
@@ -336,37 +385,22 @@ impl Model {
         }
     }
 
-    /// Fits members: principal plane while few, then a quadric in the plane's frame turned to it.
+    /// Fits members: a plane while few, then a quadric, over the frame's tangent plane.
     fn fit<const D: usize>(
         tree: &Tree<D>,
         monomials: &Monomials,
         origin: &Vector<D>,
         members: &[u32],
         frame: &Matrix<D>,
-    ) -> Option<(Matrix<D>, Self)> {
+    ) -> Option<Self> {
         let k = monomials.variables;
-        let quadric = members.len() >= 2 * monomials.count(2);
-        let frame = if quadric {
-            *frame
+        let degree = if members.len() >= 2 * monomials.count(2) {
+            2
         } else {
-            principal_frame(tree, members, k)?.0
+            1
         };
-        let samples = samples(tree, origin, members, &frame, k);
-        let fitted = if quadric {
-            Factored::new(monomials, 2, &samples.0)
-        } else {
-            None
-        };
-        let Some(fitted) = fitted else {
-            let mean_frame = frame;
-            let mut plane = Self::plane(tree, members, &mean_frame, k);
-            // Heights are measured from the origin, the plane's from its first member.
-            let shift = mean_frame.tr_mul(&(tree.points[members[0] as usize] - origin));
-            for a in 0..D - k {
-                plane.coefficients[a] += shift[a];
-            }
-            return Some((mean_frame, plane));
-        };
+        let samples = samples(tree, origin, members, frame, k);
+        let fitted = Factored::new(monomials, degree, &samples.0)?;
         let mut model = Self {
             coefficients: fitted.coefficients(monomials, fitted.degree),
             scale: samples.1,
@@ -375,9 +409,9 @@ impl Model {
         model.deviation = model.scatter(
             members
                 .iter()
-                .map(|i| model.height(monomials, origin, &frame, &tree.points[*i as usize])),
+                .map(|i| model.height(monomials, origin, frame, &tree.points[*i as usize])),
         );
-        Some((frame, model))
+        Some(model)
     }
 }
 

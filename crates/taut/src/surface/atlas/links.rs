@@ -1,0 +1,238 @@
+//! The graph of charts: which continue each other on one sheet, and which meet in a cell.
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::spatial::tree::Tree;
+use crate::surface::atlas::build::Built;
+use crate::surface::atlas::chart::{Chart, ChartJet};
+use crate::surface::atlas::polynomial::Monomials;
+
+/// A chart this many times rougher than usual is rough: too rough to be linked if its residual is
+/// [`ROUGH_SPACINGS`] too, and not worth keeping alone if it is [`STRAY_SPACINGS`].
+const ROUGH: f64 = 5.0;
+const ROUGH_SPACINGS: f64 = 0.5;
+const STRAY_SPACINGS: f64 = 0.15;
+/// Charts are linked when they agree at this share of the points they have in common.
+const SHARE: f64 = 0.5;
+/// A chart means nothing where its surface is steeper over its plane than 60 degrees.
+pub(super) const STEEPEST: f64 = 2.0;
+/// Charts agree where their normals' squared cosine is at least this ...
+const ALONG: f64 = 0.5;
+/// ... and both pass within this many spacings of the point.
+const SLACK: f64 = 0.35;
+
+/// A chart that continues another, and whether its normal points to the same side (1) or not (-1).
+pub(super) type Link = (u32, i8);
+
+/// What one chart's fitted points in the cell of another say of the two.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Vote {
+    pair: (u32, u32),
+    shared: u32,
+    agreeing: u32,
+    /// Agreeing points at which the normals point to the same side, less the others.
+    same_side: i32,
+}
+
+/// For each chart, the charts that share points with it and agree there.
+pub(super) fn links<const D: usize>(
+    built: &[Built<D>],
+    owners: &[u32],
+    monomials: &Monomials,
+    tree: &Tree<D>,
+) -> Vec<Vec<Link>> {
+    let usual = Usual::of(built);
+    let mut votes: Vec<Vote> = built
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(i, b)| {
+            let members = b.members.iter().map(|p| (owners[*p as usize], *p));
+            let mut others: Vec<(u32, u32)> = members
+                .filter(|(j, _)| *j != u32::MAX && *j as usize != i)
+                .collect();
+            others.sort_unstable();
+            let shared = others.chunk_by(|a, b| a.0 == b.0);
+            let votes: Vec<Vote> = shared
+                .map(|shared| {
+                    let (i, j) = (i as u32, shared[0].0);
+                    let mut vote = Vote {
+                        pair: (i.min(j), i.max(j)),
+                        shared: shared.len() as u32,
+                        agreeing: 0,
+                        same_side: 0,
+                    };
+                    for (_, p) in shared {
+                        let x = &tree.points[*p as usize];
+                        let other = &built[j as usize].chart;
+                        if let Some(side) = usual.agree(&b.chart, other, x, monomials) {
+                            vote.agreeing += 1;
+                            vote.same_side += i32::from(side);
+                        }
+                    }
+                    vote
+                })
+                .collect();
+            votes
+        })
+        .collect();
+    votes.par_sort_unstable();
+    let mut links = vec![Vec::new(); built.len()];
+    for votes in votes.chunk_by(|a, b| a.pair == b.pair) {
+        let (i, j) = votes[0].pair;
+        let sum = |of: fn(&Vote) -> i32| votes.iter().map(of).sum::<i32>();
+        let agreeing = f64::from(sum(|v| v.agreeing as i32));
+        let rough = [i, j]
+            .iter()
+            .any(|c| usual.rough(&built[*c as usize].chart, ROUGH_SPACINGS));
+        if !rough && agreeing >= SHARE * f64::from(sum(|v| v.shared as i32)) {
+            let side = if sum(|v| v.same_side) >= 0 { 1 } else { -1 };
+            links[i as usize].push((j, side));
+            links[j as usize].push((i, side));
+        }
+    }
+    links
+}
+
+/// Removes rough charts that agree with no other: fits across layers or to outliers. Their points
+/// are adopted later. Returns whether there were any.
+pub(super) fn drop_stray<const D: usize>(built: &mut Vec<Built<D>>, links: &[Vec<Link>]) -> bool {
+    let usual = Usual::of(built);
+    let before = built.len();
+    let mut list = links.iter();
+    built.retain(|b| {
+        let linked = list.next().is_some_and(|l| !l.is_empty());
+        linked || !usual.rough(&b.chart, STRAY_SPACINGS)
+    });
+    // Where every chart is stray there is nothing better.
+    built.len() < before && !built.is_empty()
+}
+
+/// For each chart those whose supports may reach its cell, itself first, then by distance.
+///
+/// Each chart's support floods the cells it reaches along the links: whatever cell a point is looked
+/// at from, the same charts are blended there, so that the surface is continuous.
+pub(super) fn neighbours<const D: usize>(
+    built: &[Built<D>],
+    links: &[Vec<Link>],
+    tree: &Tree<D>,
+) -> Vec<Vec<Link>> {
+    let origin = |i: u32| built[i as usize].chart.origin;
+    let gap = |i: u32, j: u32| (origin(i) - origin(j)).norm();
+    let charts = 0..built.len() as u32;
+    let cells: Vec<f64> = charts
+        .clone()
+        .into_par_iter()
+        .map(|i| {
+            let points = built[i as usize].own.iter();
+            let own = points.map(|p| (tree.points[*p as usize] - origin(i)).norm());
+            let halves = links[i as usize].iter().map(|j| 0.5 * gap(i, j.0));
+            own.chain(halves).fold(0.0, f64::max)
+        })
+        .collect();
+    let mut lists: Vec<Vec<Link>> = charts
+        .into_par_iter()
+        .map(|i| {
+            let radius = built[i as usize].chart.radius;
+            let mut reached: Vec<Link> = vec![(i, 1)];
+            let mut next = 0;
+            while let Some((from, side)) = reached.get(next).copied() {
+                next += 1;
+                for (j, turn) in &links[from as usize] {
+                    // Those linked directly are neighbours in the graph at any distance.
+                    let near = from == i || gap(i, *j) < radius + cells[*j as usize];
+                    if near && reached.iter().all(|r| r.0 != *j) {
+                        reached.push((*j, side * turn));
+                    }
+                }
+            }
+            reached
+        })
+        .collect();
+    symmetrise(&mut lists);
+    let count = lists.len() as u32;
+    lists.par_iter_mut().zip(0..count).for_each(|(list, i)| {
+        list[1..].sort_by(|a, b| gap(i, a.0).total_cmp(&gap(i, b.0)).then(a.0.cmp(&b.0)));
+    });
+    lists
+}
+
+/// Adds j to i's list wherever i is in j's.
+fn symmetrise(lists: &mut [Vec<Link>]) {
+    let known = &*lists;
+    let missing: Vec<(usize, Link)> = known
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(i, list)| {
+            list.iter()
+                .map(move |(j, side)| (*j as usize, (i as u32, *side)))
+                .filter(|(j, (i, _))| known[*j].iter().all(|k| k.0 != *i))
+        })
+        .collect();
+    for (j, link) in missing {
+        lists[j].push(link);
+    }
+}
+
+/// How well charts of this cloud usually fit: what to hold a single one against.
+struct Usual {
+    height_error: f64,
+    /// Residual in spacings.
+    roughness: f64,
+}
+
+impl Usual {
+    fn of<const D: usize>(built: &[Built<D>]) -> Self {
+        Self {
+            height_error: median(built.iter().map(|b| b.chart.height_error)),
+            roughness: median(built.iter().map(|b| b.chart.residual / b.chart.spacing)),
+        }
+    }
+
+    /// The chart fits its points much worse than others do.
+    fn rough<const D: usize>(&self, chart: &Chart<D>, least: f64) -> bool {
+        chart.residual > chart.spacing * (ROUGH * self.roughness).max(least)
+    }
+
+    /// Whether both charts' surfaces pass near a point that they share, in the same direction; 1 where
+    /// their normals point to the same side of it, -1 where not.
+    fn agree<const D: usize>(
+        &self,
+        a: &Chart<D>,
+        b: &Chart<D>,
+        x: &Vector<D>,
+        monomials: &Monomials,
+    ) -> Option<i8> {
+        let m = D - monomials.variables;
+        let (mut one, mut other) = (ChartJet::new(), ChartJet::new());
+        a.jet(monomials, x, false, &mut one);
+        b.jet(monomials, x, false, &mut other);
+        let limit = 3.0 * self.height_error;
+        let errors = a.height_error.min(limit) + b.height_error.min(limit);
+        let slack = SLACK * a.spacing.max(b.spacing) + 3.0 * errors;
+        let passes = |jet: &ChartJet<D>| {
+            let slopes = &jet.gradient[..m];
+            let heights = jet.value[..m].iter().zip(slopes);
+            let squared: f64 = heights.map(|(v, g)| v * v / g.norm_squared()).sum();
+            squared <= slack * slack && slopes.iter().all(|g| g.norm() <= STEEPEST)
+        };
+        let along = |normal: &Vector<D>| {
+            let cosines = other.gradient[..m].iter();
+            let squared = cosines.map(|g| normal.dot(g).powi(2) / g.norm_squared());
+            squared.sum::<f64>() >= ALONG * normal.norm_squared()
+        };
+        (passes(&one) && passes(&other) && one.gradient[..m].iter().all(along)).then(|| {
+            if one.gradient[0].dot(&other.gradient[0]) >= 0.0 {
+                1
+            } else {
+                -1
+            }
+        })
+    }
+}
+
+pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,211 @@
+//! The scale of a chart: how many points it is fitted to, and with which degree.
+
+use crate::spatial::tree::{Neighbour, Tree};
+use crate::surface::atlas::chart::{Chart, ChartJet};
+use crate::surface::atlas::fit::Factored;
+use crate::surface::atlas::links::STEEPEST;
+use crate::surface::atlas::polynomial::Monomials;
+use crate::surface::atlas::sheets::{self, Neighbourhood};
+use crate::{Matrix, Vector};
+
+/// A fit whose scatter exceeds this many spacings is not clean: more points, or fewer, may serve.
+pub(super) const NOISY: f64 = 0.02;
+/// Most points of a chart's fit, in multiples of the usual neighbourhood.
+const MOST_GROWTH: usize = 16;
+/// A higher degree must bring the leave-one-out error below this share of the best lower one's.
+const DEGREE_GAIN: f64 = 0.95;
+/// A degree is used where there are this many points for each coefficient: with fewer, a good
+/// leave-one-out error may be chance and the polynomial runs away between the points.
+const POINTS_A_COEFFICIENT: usize = 2;
+/// A smaller neighbourhood must bring it below this share of a larger one's.
+const SMALLER_GAIN: f64 = 0.7;
+/// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
+const MISFIT: f64 = 0.35;
+/// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
+const RISE: f64 = 1.15;
+
+/// Fits the chart around a point; returns it with the points it was fitted to.
+///
+/// Clean points get the usual neighbourhood. Where it does not fit, the surface may turn within few
+/// spacings: a smaller one that fits much better is taken. If none does, and residuals of neighbours
+/// do not agree, they are noise: larger ones are taken while that only averages it (Lepski's rule).
+pub(super) fn fit<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    seed: u32,
+    found: &mut Vec<Neighbour>,
+) -> Option<(Chart<D>, Vec<u32>)> {
+    let usual = 3 * monomials.count(4) + 5;
+    let mut fit = |wanted: usize| {
+        let neighbourhood = sheets::grow(tree, monomials, seed, wanted, found)?;
+        let fitted = fit_chart(tree, monomials, seed, &neighbourhood)?;
+        Some((fitted, neighbourhood.members))
+    };
+    let first = fit(usual);
+    let clean = |f: &Fitted<D>| f.chart.residual <= NOISY * f.chart.spacing;
+    if let Some((fitted, members)) = &first
+        && clean(fitted)
+    {
+        return Some((fitted.chart.clone(), members.clone()));
+    }
+    let residual = |f: &Option<(Fitted<D>, Vec<u32>)>| {
+        f.as_ref()
+            .map_or(f64::INFINITY, |(fitted, _)| fitted.chart.residual)
+    };
+    let mut detailed = None;
+    for wanted in [usual / 2, usual / 4 + 1] {
+        let smaller = fit(wanted);
+        if residual(&smaller) < SMALLER_GAIN * residual(&first).min(residual(&detailed)) {
+            detailed = smaller;
+        }
+    }
+    if let Some((fitted, members)) = detailed {
+        return Some((fitted.chart, members));
+    }
+    let mut best = first?;
+    if best.0.misfit > MISFIT {
+        return Some((best.0.chart, best.1));
+    }
+    let first = best.0.clone();
+    let mut growth = 2;
+    while growth <= MOST_GROWTH {
+        let Some((next, members)) = fit(growth * usual) else {
+            break;
+        };
+        let moved = (next.chart.origin - best.0.chart.origin).norm();
+        let allowed = 2.0 * (next.chart.height_error + best.0.chart.height_error);
+        if next.sigma > RISE * first.sigma || moved > allowed || next.misfit > MISFIT {
+            break;
+        }
+        best = (next, members);
+        growth *= 2;
+    }
+    let mut chart = best.0.chart;
+    chart.radius = chart.radius.min(first.chart.radius);
+    chart.spacing = first.chart.spacing;
+    Some((chart, best.1))
+}
+
+#[derive(Clone)]
+struct Fitted<const D: usize> {
+    chart: Chart<D>,
+    sigma: f64,
+    /// See [`Factored::misfit`]; only looked at where the fit is not clean.
+    misfit: f64,
+}
+
+/// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
+fn fit_chart<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    seed: u32,
+    neighbourhood: &Neighbourhood<D>,
+) -> Option<Fitted<D>> {
+    let k = monomials.variables;
+    let m = D - k;
+    let mut frame = neighbourhood.frame;
+    let mut origin = tree.points[seed as usize];
+    let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
+    if let Some(rough) = Factored::new(monomials, 2, &samples) {
+        let coefficients = rough.coefficients(monomials, rough.degree);
+        (origin, frame) = turned(&origin, &frame, &coefficients, scale, k);
+    }
+    let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
+    let factored = Factored::new(monomials, 4, &samples)?;
+    let qualities = factored.qualities(monomials, &samples);
+    let mut best = (1, *qualities.first()?);
+    let rows = neighbourhood.members.len();
+    for candidate in (1..).zip(qualities) {
+        if POINTS_A_COEFFICIENT * monomials.count(candidate.0) <= rows
+            && candidate.1.leave_one_out < DEGREE_GAIN * best.1.leave_one_out
+        {
+            best = candidate;
+        }
+    }
+    let (degree, quality) = best;
+    let spacing = spread(scale, neighbourhood.members.len(), k);
+    let misfit = if quality.leave_one_out > NOISY * spacing {
+        factored.misfit(monomials, degree, &samples)
+    } else {
+        0.0
+    };
+    let mut coefficients = factored.coefficients(monomials, degree);
+    let count = monomials.count(degree);
+    for a in 0..m {
+        origin += frame.column(a) * std::mem::take(&mut coefficients[a * count]);
+    }
+    Some(Fitted {
+        chart: Chart {
+            origin,
+            frame,
+            radius: scale,
+            coefficients,
+            degree: degree as u8,
+            scale,
+            spacing,
+            residual: quality.leave_one_out,
+            height_error: quality.leave_one_out
+                * factored
+                    .variance_at_origin(monomials, degree)
+                    .sqrt()
+                    .min(1.0),
+        },
+        sigma: quality.sigma,
+        misfit,
+    })
+}
+
+/// The distance of neighbouring points among `count` spread evenly over a k-ball.
+fn spread(radius: f64, count: usize, k: usize) -> f64 {
+    radius * (sheets::unit_ball(k) / count as f64).powf(1.0 / k as f64)
+}
+
+/// The frame turned so that the fitted heights have no slope at the origin, which moves onto them.
+fn turned<const D: usize>(
+    origin: &Vector<D>,
+    frame: &Matrix<D>,
+    coefficients: &[f64],
+    scale: f64,
+    k: usize,
+) -> (Vector<D>, Matrix<D>) {
+    let m = D - k;
+    let count = coefficients.len() / m;
+    let mut moved = *origin;
+    let mut turned = Matrix::<D>::zeros();
+    for a in 0..m {
+        moved += frame.column(a) * coefficients[a * count];
+        let mut normal = frame.column(a).into_owned();
+        for j in 0..k {
+            normal -= frame.column(m + j) * (coefficients[a * count + 1 + j] / scale);
+        }
+        for b in 0..a {
+            let done = turned.column(b).into_owned();
+            normal -= done * done.dot(&normal);
+        }
+        turned.set_column(a, &normal.normalize());
+    }
+    sheets::complete(&mut turned, m);
+    (moved, turned)
+}
+
+/// Distance from the origin to the nearest fitted point where the chart is too steep over its plane to
+/// be a height any more; infinite where none is.
+pub(super) fn steep_distance<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    chart: &Chart<D>,
+    members: &[u32],
+) -> f64 {
+    let m = D - monomials.variables;
+    let mut jet = ChartJet::new();
+    let steep = members.iter().filter_map(|i| {
+        let x = &tree.points[*i as usize];
+        chart.jet(monomials, x, false, &mut jet);
+        let steepest = jet.gradient[..m]
+            .iter()
+            .map(Vector::norm)
+            .fold(0.0, f64::max);
+        (steepest > STEEPEST).then(|| (x - chart.origin).norm())
+    });
+    steep.fold(f64::INFINITY, f64::min)
+}
