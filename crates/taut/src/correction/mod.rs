@@ -228,7 +228,7 @@ fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 
         .map(|node| node.point.amax())
         .fold(0.0, f64::max);
     let rounding = f64::EPSILON * (16.0 + 4.0 * size / taut.level.measure.length);
-    2.0 * tail + taut.level.last_change.min(1.0).powi(2).max(0.0) + rounding
+    2.0 * tail + taut.level.left.clamp(0.0, 1.0) + rounding
 }
 
 /// The answer: nodes, normals, arc lengths, and what was reached.
@@ -250,7 +250,7 @@ fn finish<const D: usize, S: Surface<D>>(
         },
         surface_error: 0.0,
         stable: taut.level.index == Some(0),
-        max_geodesic_curvature: solver.largest_geodesic_curvature(surface, &taut.curve),
+        max_geodesic_curvature: 0.0,
         max_off_surface: 0.0,
         steps: taut.steps,
         points: Vec::with_capacity(taut.curve.nodes.len()),
@@ -258,6 +258,9 @@ fn finish<const D: usize, S: Surface<D>>(
         arc_length: taut.curve.arc_lengths(),
     };
     let mut height_errors = length::HeightErrors::default();
+    let mut along_rim = Vec::new();
+    let last = taut.curve.nodes.len() - 1;
+    solver.weigh_pulls(&taut.curve);
     for (i, node) in taut.curve.nodes.iter().enumerate() {
         let mut place = node.place;
         let off = match surface.foot(&node.point, &mut place, &mut solver.scratch) {
@@ -266,7 +269,11 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.max_off_surface = path.max_off_surface.max(off);
         let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(path.arc_length.len() - 1));
+            if (1..last).contains(&i) {
+                let curvature = solver.geodesic_curvature(i);
+                path.max_geodesic_curvature = path.max_geodesic_curvature.max(curvature);
+            }
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
             let stretch = 0.5 * (path.arc_length[after] - path.arc_length[before]);
             let chord = taut.curve.nodes[after].point - taut.curve.nodes[before].point;
             let tangent = solver.scratch.project(&chord);
@@ -278,7 +285,7 @@ fn finish<const D: usize, S: Surface<D>>(
                 );
                 height_errors.add(stretch, curvature, error, radius);
                 if surface.beyond_rim(&node.point, node.place).is_some() {
-                    height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
+                    along_rim.push((stretch, radius));
                 }
             }
             solver.scratch.normal(0)
@@ -287,6 +294,9 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.points.push(node.point);
         path.normals.push(normal);
+    }
+    for (stretch, radius) in along_rim {
+        height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
     }
     path.surface_error = height_errors.length_error();
     path
