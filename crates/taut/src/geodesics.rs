@@ -1,10 +1,13 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
+use std::sync::{Mutex, PoisonError};
+
 use crate::correction::newton::Solver;
 use crate::correction::{self, Settings, Taut};
 use crate::guess::Guide;
-use crate::guess::dijkstra;
+use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
+use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{self, DETOUR};
 use crate::result::Path;
 use crate::surface::Node;
@@ -15,6 +18,9 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
     graph: Graph<D, S::Place>,
     components: Vec<u32>,
     component_sizes: Vec<usize>,
+    landmarks: Landmarks,
+    /// Memory of searches that no query is using.
+    searches: Mutex<Vec<Search>>,
 }
 
 /// Guesses looked at for the shortest path.
@@ -27,11 +33,14 @@ const SAME_LENGTH: f64 = 1e-4;
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     pub(crate) fn with_graph(surface: S, graph: Graph<D, S::Place>) -> Self {
         let (components, component_sizes) = graph.components();
+        let landmarks = Landmarks::new(&graph, &components, &component_sizes);
         Self {
             surface,
             graph,
             components,
             component_sizes,
+            landmarks,
+            searches: Mutex::new(Vec::new()),
         }
     }
 
@@ -144,14 +153,14 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             list
         };
         let (start, end) = (entrances(from), entrances(to));
-        let shortest = dijkstra::shortest(&self.graph, &start, &end, &to.point);
-        let reach = |node: &Node<D, S::Place>| dijkstra::Reach {
-            target: node.point,
-            longest: shortest * detour,
-        };
-        let forward = dijkstra::distances(&self.graph, &start, reach(to));
-        let backward = dijkstra::distances(&self.graph, &end, reach(from));
-        routes::routes(&self.graph, &forward, &backward, most, detour)
+        let mut search = self.idle_search();
+        let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
+        let routes = routes::routes(&self.graph, &search, most, longest);
+        self.searches
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(search);
+        routes
             .into_iter()
             .map(|route| {
                 let inner = route.nodes.iter().map(|v| self.graph.nodes[*v as usize]);
@@ -161,5 +170,12 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                     .collect()
             })
             .collect()
+    }
+
+    fn idle_search(&self) -> Search {
+        let mut searches = self.searches.lock().unwrap_or_else(PoisonError::into_inner);
+        let idle = searches.pop();
+        drop(searches);
+        idle.unwrap_or_else(|| Search::new(self.graph.nodes.len()))
     }
 }
