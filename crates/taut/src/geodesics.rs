@@ -176,6 +176,6 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let mut searches = self.searches.lock().unwrap_or_else(PoisonError::into_inner);
         let idle = searches.pop();
         drop(searches);
-        idle.unwrap_or_else(|| Search::new(self.graph.nodes.len()))
+        idle.unwrap_or_else(|| Search::new(&self.graph))
     }
 }

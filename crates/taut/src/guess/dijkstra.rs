@@ -2,11 +2,12 @@
 //! shortest edge to the visited set first. With lower bounds of what is left to a goal added (A*),
 //! only the nodes of routes near the shortest are visited.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::{Goal, Landmarks};
+use crate::guess::queue::Queue;
+
+/// Width of a bucket of the queue, in mean edges.
+const BUCKET: f32 = 0.25;
 
 /// No node.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -16,7 +17,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 pub(crate) struct Distances {
     labels: Vec<Label>,
     reached: Vec<u32>,
-    queue: BinaryHeap<Reverse<u64>>,
+    queue: Queue,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -24,26 +25,24 @@ struct Label {
     distance: f32,
     /// Lower bound of the distance left.
     left: f32,
+    /// The distance that the neighbours know.
+    spread: f32,
     previous: u32,
 }
 
 const UNREACHED: Label = Label {
     distance: f32::INFINITY,
     left: f32::INFINITY,
+    spread: f32::INFINITY,
     previous: NONE,
 };
 
-/// Orders non-negative finite lengths like their bits, ties by node.
-fn key(length: f32, node: u32) -> Reverse<u64> {
-    Reverse(u64::from(length.to_bits()) << 32 | u64::from(node))
-}
-
 impl Distances {
-    pub fn new(count: usize) -> Self {
+    pub fn new<const D: usize, P: Copy>(graph: &Graph<D, P>) -> Self {
         Self {
-            labels: vec![UNREACHED; count],
+            labels: vec![UNREACHED; graph.nodes.len()],
             reached: Vec::new(),
-            queue: BinaryHeap::new(),
+            queue: Queue::new(BUCKET * graph.mean_edge()),
         }
     }
 
@@ -66,15 +65,14 @@ impl Distances {
         for node in self.reached.drain(..) {
             self.labels[node as usize] = UNREACHED;
         }
-        self.queue.clear();
     }
 
-    /// Spreads from a source that reaches each entrance over the given length, nodes in the order of
-    /// their distance plus `left`, which never overestimates what is left to the goal. `longest` hears
-    /// of each node when its distance is known, and says how long a whole route may be from now on.
+    /// Spreads from a source that reaches each entrance over the given length, nodes about in the order
+    /// of their distance plus `left`, which never overestimates what is left to the goal. `longest`
+    /// hears of each node with a distance, and says how long a whole route may be from now on.
     ///
-    /// Distances are right where they and what is left keep below that, and else not too short.
-    /// O(n log n) in the nodes visited.
+    /// Distances are right where they and what is left keep below that, and else not too short. About
+    /// O(n) in the nodes visited.
     pub fn search<const D: usize, P: Copy>(
         &mut self,
         graph: &Graph<D, P>,
@@ -83,21 +81,21 @@ impl Distances {
         mut longest: impl FnMut(u32, f32) -> f32,
     ) {
         let mut most = f32::INFINITY;
+        let wholes = entrances.iter().map(|(node, length)| length + left(*node));
+        self.queue.restart(wholes.fold(f32::INFINITY, f32::min));
         for (node, length) in entrances {
             self.improve(*node, *length, NONE, most, &left);
         }
-        while let Some(Reverse(entry)) = self.queue.pop() {
-            let (whole, node) = (f32::from_bits((entry >> 32) as u32), entry as u32);
-            if whole > most {
-                break;
-            }
-            let label = self.labels[node as usize];
-            if whole > label.distance + label.left {
+        while let Some(node) = self.queue.pop() {
+            let label = &mut self.labels[node as usize];
+            let distance = label.distance;
+            if distance >= label.spread || distance + label.left > most {
                 continue;
             }
-            most = longest(node, label.distance);
+            label.spread = distance;
+            most = longest(node, distance);
             for edge in graph.edges(node) {
-                self.improve(edge.to, label.distance + edge.length, node, most, &left);
+                self.improve(edge.to, distance + edge.length, node, most, &left);
             }
         }
     }
@@ -120,7 +118,7 @@ impl Distances {
             label.previous = previous;
             let whole = distance + label.left;
             if whole <= most {
-                self.queue.push(key(whole, node));
+                self.queue.push(whole, node);
             }
         }
     }
@@ -136,10 +134,10 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    pub fn new(count: usize) -> Self {
+    pub fn new<const D: usize, P: Copy>(graph: &Graph<D, P>) -> Self {
         Self {
-            forward: Distances::new(count),
-            backward: Distances::new(count),
+            forward: Distances::new(graph),
+            backward: Distances::new(graph),
         }
     }
 
@@ -204,7 +202,7 @@ mod tests {
     #[test]
     fn goes_round_a_wall_and_both_ways_agree() {
         let graph = grid(11);
-        let mut found = Distances::new(graph.nodes.len());
+        let mut found = Distances::new(&graph);
         found.search(&graph, &[(0, 0.0)], |_| 0.0, |_, _| f32::INFINITY);
         // Up the diagonal to the gap at (5, 10) and down again: 5 diagonal and 5 straight steps each way.
         let truth = 2.0 * (5.0 * 2.0_f32.sqrt() + 5.0);
@@ -212,7 +210,7 @@ mod tests {
         let (components, sizes) = graph.components();
         let landmarks = Landmarks::new(&graph, &components, &sizes);
         for (detour, all) in [(1.0, false), (1.1, false), (10.0, true)] {
-            let mut search = Search::new(graph.nodes.len());
+            let mut search = Search::new(&graph);
             let ends = [[(0, 0.5), (1, 0.9)], [(10, 0.0), (9, 1.1)]];
             let shortest = search.both_ways(&graph, &landmarks, &ends[0], &ends[1], detour);
             assert!((shortest - truth - 0.5).abs() < 1e-4);

@@ -45,7 +45,7 @@ impl Landmarks {
             .filter(large)
             .map(|v| (v, f32::INFINITY))
             .collect();
-        let mut found = Distances::new(count);
+        let mut found = Distances::new(graph);
         let everywhere = |_, _| f32::INFINITY;
         // The first search starts anywhere: the farthest node from there is the first landmark.
         let mut next = candidates.first().map(|candidate| candidate.0);
