@@ -1,6 +1,6 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::correction::newton::Solver;
 use crate::correction::{self, Settings, Taut};
@@ -19,8 +19,14 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
     components: Vec<u32>,
     component_sizes: Vec<usize>,
     landmarks: Landmarks,
-    /// Memory of searches that no query is using.
-    searches: Mutex<Vec<Search>>,
+    /// Memory that no query is using.
+    idle: Mutex<Vec<Workspace<D, S::Place>>>,
+}
+
+/// Memory of a query.
+struct Workspace<const D: usize, P> {
+    search: Search,
+    solver: Solver<D, P>,
 }
 
 /// Guesses looked at for the shortest path.
@@ -40,7 +46,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             components,
             component_sizes,
             landmarks,
-            searches: Mutex::new(Vec::new()),
+            idle: Mutex::new(Vec::new()),
         }
     }
 
@@ -100,11 +106,32 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         close: f64,
     ) -> Vec<Path<D>> {
-        let mut solver = Solver::new(D - self.surface.intrinsic_dimension());
-        let mut straight: Vec<Taut<D, S::Place>> = self
-            .guesses(from, to, guesses, detour)
+        let idle = self.locked_idle().pop();
+        let mut workspace = idle.unwrap_or_else(|| Workspace {
+            search: Search::new(&self.graph),
+            solver: Solver::new(D - self.surface.intrinsic_dimension()),
+        });
+        let guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
+        let paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
+        self.locked_idle().push(workspace);
+        paths
+    }
+
+    fn locked_idle(&self) -> MutexGuard<'_, Vec<Workspace<D, S::Place>>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The distinct geodesics that the guesses lead to, shortest first.
+    fn pull_taut(
+        &self,
+        guesses: &[Vec<Node<D, S::Place>>],
+        settings: &Settings,
+        close: f64,
+        solver: &mut Solver<D, S::Place>,
+    ) -> Vec<Path<D>> {
+        let mut straight: Vec<Taut<D, S::Place>> = guesses
             .iter()
-            .filter_map(|guess| correction::straighten(&self.surface, guess, &mut solver))
+            .filter_map(|guess| correction::straighten(&self.surface, guess, solver))
             .collect();
         straight.sort_by(|a, b| a.length().total_cmp(&b.length()));
         let Some(shortest) = straight.first().map(Taut::length) else {
@@ -120,12 +147,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 continue;
             }
             kept.push(taut.clone());
-            paths.push(correction::tighten(
-                &self.surface,
-                taut,
-                settings,
-                &mut solver,
-            ));
+            paths.push(correction::tighten(&self.surface, taut, settings, solver));
         }
         paths.sort_by(|a, b| {
             // A path that converged is trusted before one that did not.
@@ -143,6 +165,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Node<D, S::Place>,
         most: usize,
         detour: f32,
+        search: &mut Search,
     ) -> Vec<Vec<Node<D, S::Place>>> {
         let entrances = |node: &Node<D, S::Place>| {
             let mut list = Vec::new();
@@ -153,14 +176,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             list
         };
         let (start, end) = (entrances(from), entrances(to));
-        let mut search = self.idle_search();
         let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
-        let routes = routes::routes(&self.graph, &search, most, longest);
-        self.searches
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(search);
-        routes
+        routes::routes(&self.graph, search, most, longest)
             .into_iter()
             .map(|route| {
                 let inner = route.nodes.iter().map(|v| self.graph.nodes[*v as usize]);
@@ -170,12 +187,5 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                     .collect()
             })
             .collect()
-    }
-
-    fn idle_search(&self) -> Search {
-        let mut searches = self.searches.lock().unwrap_or_else(PoisonError::into_inner);
-        let idle = searches.pop();
-        drop(searches);
-        idle.unwrap_or_else(|| Search::new(&self.graph))
     }
 }
