@@ -14,7 +14,9 @@ pub(crate) struct Queue {
     origin: f32,
     buckets: Vec<Vec<u32>>,
     current: usize,
+    /// Nodes taken from the current bucket, and left in all.
     taken: usize,
+    left: usize,
 }
 
 impl Queue {
@@ -26,14 +28,16 @@ impl Queue {
             buckets: Vec::new(),
             current: 0,
             taken: 0,
+            left: 0,
         }
     }
 
-    /// Empties the queue, for lengths from `origin` on.
+    /// Makes the queue, which is empty, ready for lengths from `origin` on.
     pub fn restart(&mut self, origin: f32) {
-        self.origin = origin;
-        (self.current, self.taken) = (0, 0);
-        self.buckets.iter_mut().for_each(Vec::clear);
+        if let Some(bucket) = self.buckets.get_mut(self.current) {
+            bucket.clear();
+        }
+        (self.origin, self.current, self.taken) = (origin, 0, 0);
     }
 
     pub fn push(&mut self, length: f32, node: u32) {
@@ -43,15 +47,19 @@ impl Queue {
             self.buckets.resize_with(bucket + 1, Vec::new);
         }
         self.buckets[bucket].push(node);
+        self.left += 1;
     }
 
     /// A node of the first bucket that has any.
     pub fn pop(&mut self) -> Option<u32> {
-        while let Some(bucket) = self.buckets.get(self.current) {
+        while self.left > 0 {
+            let bucket = &mut self.buckets[self.current];
             if let Some(node) = bucket.get(self.taken) {
                 self.taken += 1;
+                self.left -= 1;
                 return Some(*node);
             }
+            bucket.clear();
             (self.current, self.taken) = (self.current + 1, 0);
         }
         None
