@@ -3,7 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::correction::newton::Solver;
-use crate::correction::{self, Settings, Taut};
+use crate::correction::{self, Settings, Straight, Taut};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
@@ -129,25 +129,31 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         close: f64,
         solver: &mut Solver<D, S::Place>,
     ) -> Vec<Path<D>> {
-        let mut straight: Vec<Taut<D, S::Place>> = guesses
+        let mut straight: Vec<Straight<D, S::Place>> = guesses
             .iter()
             .filter_map(|guess| correction::straighten(&self.surface, guess, solver))
             .collect();
-        straight.sort_by(|a, b| a.length().total_cmp(&b.length()));
-        let Some(shortest) = straight.first().map(Taut::length) else {
+        straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
+        let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
             return Vec::new();
         };
         let mut paths: Vec<Path<D>> = Vec::new();
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
-        for taut in straight {
+        for candidate in straight {
+            let taut = &candidate.taut;
             if taut.length() > close * shortest {
                 break;
             }
-            if kept.iter().any(|other| other.runs_with(&taut, SAME_LENGTH)) {
+            if kept.iter().any(|other| other.runs_with(taut, SAME_LENGTH)) {
                 continue;
             }
             kept.push(taut.clone());
-            paths.push(correction::tighten(&self.surface, taut, settings, solver));
+            paths.push(correction::tighten(
+                &self.surface,
+                candidate,
+                settings,
+                solver,
+            ));
         }
         paths.sort_by(|a, b| {
             // A path that converged is trusted before one that did not.

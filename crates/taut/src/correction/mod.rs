@@ -10,6 +10,7 @@ pub(crate) mod nodes;
 
 use crate::correction::curve::Curve;
 use crate::correction::newton::{Level, Solver};
+use crate::correction::nodes::Profile;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
@@ -66,6 +67,12 @@ impl<const D: usize, P: Copy> Taut<D, P> {
     }
 }
 
+/// A path pulled roughly taut, with the length and turning of its segments.
+pub(crate) struct Straight<const D: usize, P> {
+    pub taut: Taut<D, P>,
+    profile: Profile,
+}
+
 /// Turning per segment of the first polyline, radians: fine enough to stay on its sheet of the
 /// surface, coarse enough that a zigzag guess is smoothed by a few steps.
 const COARSE_TURNING: f64 = 0.4;
@@ -87,7 +94,7 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
     solver: &mut Solver<D, S::Place>,
-) -> Option<Taut<D, S::Place>> {
+) -> Option<Straight<D, S::Place>> {
     let profile = nodes::profile(surface, guess, &mut solver.scratch);
     let segments = ((profile.turning / COARSE_TURNING).ceil() as usize).max(COARSE_SEGMENTS);
     let knots = if profile.length > 0.0 {
@@ -106,12 +113,14 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
         level = solver.solve(surface, &mut curve, 1e-3, MOST_STEPS)?;
         steps += level.steps;
     }
-    level.measure.length = length::arcs(surface, &curve, &mut solver.scratch);
-    Some(Taut {
+    let profile = nodes::profile(surface, &curve.nodes, &mut solver.scratch);
+    level.measure.length = length::arcs(&profile);
+    let taut = Taut {
         curve,
         level,
         steps,
-    })
+    };
+    Some(Straight { taut, profile })
 }
 
 /// Pulls a straightened path taut to the tolerance: higher degree, spans by curvature, elements
@@ -120,21 +129,20 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
 /// Returns the path as far as it got; the status says whether it converged.
 pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     surface: &S,
-    coarse: Taut<D, S::Place>,
+    straight: Straight<D, S::Place>,
     settings: &Settings,
     solver: &mut Solver<D, S::Place>,
 ) -> Path<D> {
     if settings.scheme == Scheme::Flow {
-        return flow::flow(surface, &coarse.curve.nodes, settings, solver);
+        return flow::flow(surface, &straight.taut.curve.nodes, settings, solver);
     }
-    let mut taut = coarse;
+    let Straight { mut taut, profile } = straight;
     let start_steps = taut.steps;
     if taut.level.measure.energy == 0.0 {
         return finish(surface, taut, Status::Converged, 0.0, solver);
     }
     let digits = -settings.tolerance.log10();
     let degree = ((2.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
-    let profile = nodes::profile(surface, &taut.curve.nodes, &mut solver.scratch);
     let detail = surface.detail();
     let by_detail = if detail > 0.0 {
         profile.length / detail
@@ -322,7 +330,7 @@ mod tests {
             let guess = [a, c, b].map(|point| Node { point, place: () });
             for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
                 let coarse = straighten(&sphere, &guess, &mut solver).unwrap();
-                let cl = coarse.level;
+                let cl = coarse.taut.level;
                 let settings = Settings {
                     tolerance,
                     ..Settings::default()

@@ -46,9 +46,9 @@ pub(crate) struct Solver<const D: usize, P> {
 /// into its rim by less than a twentieth of a chart's radius.
 const RIM_STIFFNESS: f64 = 40.0;
 const MOST_SHIFTS: usize = 24;
-/// Share of the length that a Newton step leaves, per square of the share that it changes: below 1
-/// for paths of less than half a turn.
-const SQUARED: f64 = 4.0;
+/// Share of the length that a Newton step leaves, per square of the share that it changes: below 1 for
+/// most paths, up to 30 where the ends are nearly conjugate.
+const SQUARED: f64 = 64.0;
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
 

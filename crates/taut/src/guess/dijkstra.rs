@@ -84,7 +84,9 @@ impl Distances {
         let wholes = entrances.iter().map(|(node, length)| length + left(*node));
         self.queue.restart(wholes.fold(f32::INFINITY, f32::min));
         for (node, length) in entrances {
-            self.improve(*node, *length, NONE, most, &left);
+            if *length < self.distance(*node) {
+                self.improve(*node, *length, NONE, most, &left);
+            }
         }
         while let Some(node) = self.queue.pop() {
             let label = &mut self.labels[node as usize];
@@ -95,7 +97,10 @@ impl Distances {
             label.spread = distance;
             most = longest(node, distance);
             for edge in graph.edges(node) {
-                self.improve(edge.to, distance + edge.length, node, most, &left);
+                let there = distance + edge.length;
+                if there < self.distance(edge.to) {
+                    self.improve(edge.to, there, node, most, &left);
+                }
             }
         }
     }
@@ -109,17 +114,15 @@ impl Distances {
         left: impl Fn(u32) -> f32,
     ) {
         let label = &mut self.labels[node as usize];
-        if distance < label.distance {
-            if label.distance == f32::INFINITY {
-                label.left = left(node);
-                self.reached.push(node);
-            }
-            label.distance = distance;
-            label.previous = previous;
-            let whole = distance + label.left;
-            if whole <= most {
-                self.queue.push(whole, node);
-            }
+        if label.distance == f32::INFINITY {
+            label.left = left(node);
+            self.reached.push(node);
+        }
+        label.distance = distance;
+        label.previous = previous;
+        let whole = distance + label.left;
+        if whole <= most {
+            self.queue.push(whole, node);
         }
     }
 }

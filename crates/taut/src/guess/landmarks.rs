@@ -5,8 +5,10 @@
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 
-/// Landmarks of a graph: two cache lines a node hold the distances from all of them and a label.
+/// Landmarks of a graph: a node's distances from all of them fill a cache line.
 const LANDMARKS: usize = 16;
+/// Maxima taken side by side.
+const LANES: usize = 4;
 /// Components with less than this share of the nodes get no landmark.
 const SMALLEST_SHARE: usize = 16;
 
@@ -61,11 +63,11 @@ impl Landmarks {
                 }
             }
             for (v, nearest) in &mut candidates {
-                // What the start does not reach is kept for a landmark of its own.
-                *nearest = match column {
-                    0 => found.distance(*v),
-                    1 => found.distance(*v),
-                    _ => nearest.min(found.distance(*v)),
+                // Infinite where no landmark reaches yet: that comes first.
+                *nearest = if column < 2 {
+                    found.distance(*v)
+                } else {
+                    nearest.min(found.distance(*v))
                 };
             }
             next = candidates
@@ -99,11 +101,14 @@ impl Goal<'_> {
     /// No route from the node to the goal is shorter.
     pub fn bound(&self, node: u32) -> f32 {
         let distances = &self.landmarks.distances[node as usize];
-        let mut bounds = [0.0_f32; LANDMARKS];
+        let mut largest = [0.0_f32; LANES];
         for l in 0..LANDMARKS {
-            let bound = (self.least[l] - distances[l]).max(distances[l] - self.most[l]);
-            bounds[l] = if bound > 0.0 { bound } else { 0.0 };
+            let above = self.least[l] - distances[l];
+            let below = distances[l] - self.most[l];
+            let bound = if above > below { above } else { below };
+            let lane = &mut largest[l % LANES];
+            *lane = if bound > *lane { bound } else { *lane };
         }
-        bounds.iter().fold(0.0, |a, b| if *b > a { *b } else { a })
+        largest.into_iter().fold(0.0, f32::max)
     }
 }
