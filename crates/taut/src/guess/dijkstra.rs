@@ -212,21 +212,24 @@ mod tests {
         assert!((found.distance(10) - truth).abs() < 1e-4);
         let (components, sizes) = graph.components();
         let landmarks = Landmarks::new(&graph, &components, &sizes);
-        for (detour, all) in [(1.0, false), (1.1, false), (10.0, true)] {
-            let mut search = Search::new(&graph);
-            let ends = [[(0, 0.5), (1, 0.9)], [(10, 0.0), (9, 1.1)]];
+        let ends = [[(0, 0.5), (1, 1.0)], [(10, 0.0), (9, 1.1)]];
+        let all = ends.map(|end| {
+            let mut found = Distances::new(&graph);
+            found.search(&graph, &end, |_| 0.0, |_, _| f32::INFINITY);
+            found
+        });
+        let mut search = Search::new(&graph);
+        for detour in [1.1, 10.0, 1.0] {
             let shortest = search.both_ways(&graph, &landmarks, &ends[0], &ends[1], detour);
             assert!((shortest - truth - 0.5).abs() < 1e-4);
-            let reached = search.backward.reached();
-            assert_eq!(reached.len() == sizes[0], all, "{detour}");
-            for v in reached {
-                let through = search.forward.distance(*v) + search.backward.distance(*v);
-                assert!(through >= shortest * (1.0 - 1e-6));
-                let alone = found.distance(*v) + 0.5;
-                assert!(search.forward.distance(*v) >= alone - 0.6 - 1e-4);
+            for v in 0..graph.nodes.len() as u32 {
+                let (there, back) = (all[0].distance(v), all[1].distance(v));
+                if there + back <= detour * shortest * (1.0 - 1e-5) {
+                    assert!((search.forward.distance(v) - there).abs() < 1e-4);
+                    assert!((search.backward.distance(v) - back).abs() < 1e-4);
+                }
             }
-            assert!((search.forward.distance(10) - shortest).abs() < 1e-4);
-            assert!((search.backward.distance(0) + 0.5 - shortest).abs() < 1e-4);
         }
+        assert!(search.backward.reached().len() < sizes[0] / 2);
     }
 }
