@@ -1,10 +1,13 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use crate::correction::newton::Solver;
-use crate::correction::{self, Settings, Taut};
+use crate::correction::{self, Settings, Straight, Taut};
 use crate::guess::Guide;
-use crate::guess::dijkstra;
+use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
+use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{self, DETOUR};
 use crate::result::Path;
 use crate::surface::Node;
@@ -15,6 +18,15 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
     graph: Graph<D, S::Place>,
     components: Vec<u32>,
     component_sizes: Vec<usize>,
+    landmarks: Landmarks,
+    /// Memory that no query is using.
+    idle: Mutex<Vec<Workspace<D, S::Place>>>,
+}
+
+/// Memory of a query.
+struct Workspace<const D: usize, P> {
+    search: Search,
+    solver: Solver<D, P>,
 }
 
 /// Guesses looked at for the shortest path.
@@ -27,11 +39,14 @@ const SAME_LENGTH: f64 = 1e-4;
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     pub(crate) fn with_graph(surface: S, graph: Graph<D, S::Place>) -> Self {
         let (components, component_sizes) = graph.components();
+        let landmarks = Landmarks::new(&graph, &components, &component_sizes);
         Self {
             surface,
             graph,
             components,
             component_sizes,
+            landmarks,
+            idle: Mutex::new(Vec::new()),
         }
     }
 
@@ -91,31 +106,53 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         close: f64,
     ) -> Vec<Path<D>> {
-        let mut solver = Solver::new(D - self.surface.intrinsic_dimension());
-        let mut straight: Vec<Taut<D, S::Place>> = self
-            .guesses(from, to, guesses, detour)
+        let idle = self.locked_idle().pop();
+        let mut workspace = idle.unwrap_or_else(|| Workspace {
+            search: Search::new(&self.graph),
+            solver: Solver::new(D - self.surface.intrinsic_dimension()),
+        });
+        let guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
+        let paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
+        self.locked_idle().push(workspace);
+        paths
+    }
+
+    fn locked_idle(&self) -> MutexGuard<'_, Vec<Workspace<D, S::Place>>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The distinct geodesics that the guesses lead to, shortest first.
+    fn pull_taut(
+        &self,
+        guesses: &[Vec<Node<D, S::Place>>],
+        settings: &Settings,
+        close: f64,
+        solver: &mut Solver<D, S::Place>,
+    ) -> Vec<Path<D>> {
+        let mut straight: Vec<Straight<D, S::Place>> = guesses
             .iter()
-            .filter_map(|guess| correction::straighten(&self.surface, guess, &mut solver))
+            .filter_map(|guess| correction::straighten(&self.surface, guess, solver))
             .collect();
-        straight.sort_by(|a, b| a.length().total_cmp(&b.length()));
-        let Some(shortest) = straight.first().map(Taut::length) else {
+        straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
+        let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
             return Vec::new();
         };
         let mut paths: Vec<Path<D>> = Vec::new();
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
-        for taut in straight {
+        for candidate in straight {
+            let taut = &candidate.taut;
             if taut.length() > close * shortest {
                 break;
             }
-            if kept.iter().any(|other| other.runs_with(&taut, SAME_LENGTH)) {
+            if kept.iter().any(|other| other.runs_with(taut, SAME_LENGTH)) {
                 continue;
             }
             kept.push(taut.clone());
             paths.push(correction::tighten(
                 &self.surface,
-                taut,
+                candidate,
                 settings,
-                &mut solver,
+                solver,
             ));
         }
         paths.sort_by(|a, b| {
@@ -134,6 +171,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Node<D, S::Place>,
         most: usize,
         detour: f32,
+        search: &mut Search,
     ) -> Vec<Vec<Node<D, S::Place>>> {
         let entrances = |node: &Node<D, S::Place>| {
             let mut list = Vec::new();
@@ -144,14 +182,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             list
         };
         let (start, end) = (entrances(from), entrances(to));
-        let shortest = dijkstra::shortest(&self.graph, &start, &end, &to.point);
-        let reach = |node: &Node<D, S::Place>| dijkstra::Reach {
-            target: node.point,
-            longest: shortest * detour,
-        };
-        let forward = dijkstra::distances(&self.graph, &start, reach(to));
-        let backward = dijkstra::distances(&self.graph, &end, reach(from));
-        routes::routes(&self.graph, &forward, &backward, most, detour)
+        let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
+        routes::routes(&self.graph, search, most, longest)
             .into_iter()
             .map(|route| {
                 let inner = route.nodes.iter().map(|v| self.graph.nodes[*v as usize]);

@@ -1,6 +1,6 @@
 //! Symmetric banded factorisation L D L', with the inertia that certifies stability.
 
-/// A symmetric banded matrix, the lower band stored by rows.
+/// A symmetric banded matrix, the lower band stored by columns.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Band {
     size: usize,
@@ -19,48 +19,37 @@ impl Band {
 
     /// Adds to the entry (row, column), column <= row <= column + half width.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
-        self.entries[row * (self.half_width + 1) + self.half_width + column - row] += value;
+        self.entries[column * self.half_width + row] += value;
     }
 
     /// Factors in place. Returns the number of negative pivots, by Sylvester's law the number of
     /// negative eigenvalues, or `None` where a pivot vanishes to rounding.
     ///
     /// No pivoting: the sign count stays right for indefinite matrices, and the callers solve only
-    /// with positive definite ones. O(size * half_width^2).
+    /// with positive definite ones. O(size * half_width^2), less where columns end in zeros.
     pub fn factor(&mut self) -> Option<usize> {
         let width = self.half_width + 1;
+        let original: Vec<f64> = self.entries.iter().step_by(width).copied().collect();
         let mut negative = 0;
-        for row in 0..self.size {
-            let first = row.saturating_sub(self.half_width);
-            let (done, current) = self.entries.split_at_mut(row * width);
-            let current = &mut current[..width];
-            // Offset that maps a column of this row to its place in `current`.
-            let shift = self.half_width - row.min(self.half_width);
-            let original = current[self.half_width].abs();
-            let mut diagonal = current[self.half_width];
-            for column in first..row {
-                let place = shift + column - first;
-                let other = &done[column * width..(column + 1) * width];
-                let other_first = column.saturating_sub(self.half_width).max(first);
-                let count = column - other_first;
-                let here = &current[place - count..place];
-                let there = &other[self.half_width - count..self.half_width];
-                let dot: f64 = here.iter().zip(there).map(|(a, b)| a * b).sum();
-                current[place] -= dot;
-            }
-            // The entries of this row are now L D; divide by D and update the diagonal.
-            for column in first..row {
-                let place = shift + column - first;
-                let scaled = current[place];
-                let factor = scaled / done[column * width + self.half_width];
-                diagonal -= scaled * factor;
-                current[place] = factor;
-            }
-            if !(diagonal.abs() > 1e-14 * original && diagonal.is_finite()) {
+        for column in 0..self.size {
+            let (current, after) = self.entries[column * width..].split_at_mut(width);
+            let pivot = current[0];
+            if !(pivot.abs() > 1e-14 * original[column].abs() && pivot.is_finite()) {
                 return None;
             }
-            negative += usize::from(diagonal < 0.0);
-            current[self.half_width] = diagonal;
+            negative += usize::from(pivot < 0.0);
+            // Below its last entry a column of elements is, and stays, zero.
+            let count = current.iter().rposition(|v| *v != 0.0).unwrap_or(0);
+            let below = &mut current[1..=count];
+            for (i, other) in after.chunks_mut(width).take(count).enumerate() {
+                let factor = below[i] / pivot;
+                for (target, value) in other.iter_mut().zip(&below[i..]) {
+                    *target -= factor * value;
+                }
+            }
+            for value in below {
+                *value /= pivot;
+            }
         }
         Some(negative)
     }
@@ -68,26 +57,16 @@ impl Band {
     /// Solves with the factors, in place.
     pub fn solve(&self, x: &mut [f64]) {
         let width = self.half_width + 1;
-        for row in 0..self.size {
-            let count = row.min(self.half_width);
-            let band = &self.entries[row * width + self.half_width - count..][..count];
-            let dot: f64 = band
-                .iter()
-                .zip(&x[row - count..row])
-                .map(|(a, b)| a * b)
-                .sum();
-            x[row] -= dot;
-        }
-        for row in 0..self.size {
-            x[row] /= self.entries[row * width + self.half_width];
-        }
-        for row in (0..self.size).rev() {
-            let count = row.min(self.half_width);
-            let band = &self.entries[row * width + self.half_width - count..][..count];
-            let value = x[row];
-            for (entry, target) in band.iter().zip(&mut x[row - count..row]) {
+        for (i, column) in self.entries.chunks(width).enumerate() {
+            let (value, below) = (x[i], &mut x[i + 1..]);
+            for (target, entry) in below.iter_mut().zip(&column[1..]) {
                 *target -= entry * value;
             }
+        }
+        for (i, column) in self.entries.chunks(width).enumerate().rev() {
+            let below = x[i + 1..].iter().zip(&column[1..]);
+            let sum: f64 = below.map(|(value, entry)| value * entry).sum();
+            x[i] = x[i] / column[0] - sum;
         }
     }
 }

@@ -423,7 +423,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
                 energy: 0.5 * chord_sum * chord_sum,
                 length,
             },
-            last_change: 0.0,
+            left: 0.0,
             index,
             steps: self.steps,
         };

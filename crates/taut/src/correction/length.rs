@@ -1,8 +1,7 @@
 //! Lengths and their errors: the osculating arc (19)-(21), and the spectral tail.
 
 use crate::correction::curve::Curve;
-use crate::correction::nodes;
-use crate::surface::{Geometry, Surface};
+use crate::correction::nodes::Profile;
 
 /// Relative error of each element's energy, estimated from its last Legendre modes.
 ///
@@ -45,13 +44,8 @@ pub(crate) fn arc(chord: f64, curvature: f64) -> f64 {
 }
 
 /// The length of a polyline by the arcs over its chords, (20), with the curvature of the surface along
-/// each chord at its start.
-pub(crate) fn arcs<const D: usize, S: Surface<D>>(
-    surface: &S,
-    curve: &Curve<D, S::Place>,
-    scratch: &mut Geometry<D>,
-) -> f64 {
-    let profile = nodes::profile(surface, &curve.nodes, scratch);
+/// each chord.
+pub(crate) fn arcs(profile: &Profile) -> f64 {
     let pairs = profile.lengths.iter().zip(&profile.turnings);
     pairs
         .map(|(chord, turning)| arc(*chord, turning / chord))

@@ -10,6 +10,7 @@ pub(crate) mod nodes;
 
 use crate::correction::curve::Curve;
 use crate::correction::newton::{Level, Solver};
+use crate::correction::nodes::Profile;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
@@ -66,6 +67,12 @@ impl<const D: usize, P: Copy> Taut<D, P> {
     }
 }
 
+/// A path pulled roughly taut, with the length and turning of its segments.
+pub(crate) struct Straight<const D: usize, P> {
+    pub taut: Taut<D, P>,
+    profile: Profile,
+}
+
 /// Turning per segment of the first polyline, radians: fine enough to stay on its sheet of the
 /// surface, coarse enough that a zigzag guess is smoothed by a few steps.
 const COARSE_TURNING: f64 = 0.4;
@@ -90,7 +97,7 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
     solver: &mut Solver<D, S::Place>,
-) -> Option<Taut<D, S::Place>> {
+) -> Option<Straight<D, S::Place>> {
     let profile = nodes::profile(surface, guess, &mut solver.scratch);
     let mut segments = ((profile.turning / COARSE_TURNING).ceil() as usize).max(COARSE_SEGMENTS);
     let mut steps = 0;
@@ -102,21 +109,24 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
             vec![0.0, 1.0]
         };
         let mut curve = nodes::resample(surface, guess, &profile, &knots, &mut solver.scratch);
-        let level = straighten_polyline(surface, &mut curve, solver)?;
+        let mut level = straighten_polyline(surface, &mut curve, solver)?;
         steps += level.steps;
         if levels == MOST_COARSE_LEVELS || !nodes::leaps(surface, &curve, &mut solver.scratch) {
-            return Some(Taut {
+            let profile = nodes::profile(surface, &curve.nodes, &mut solver.scratch);
+            level.measure.length = length::arcs(&profile);
+            let taut = Taut {
                 curve,
                 level,
                 steps,
-            });
+            };
+            return Some(Straight { taut, profile });
         }
         segments *= 2;
         levels += 1;
     }
 }
 
-/// Newton on a polyline, with escapes from saddles; the level's length is that of the arcs.
+/// Newton on a polyline, with escapes from saddles.
 fn straighten_polyline<const D: usize, S: Surface<D>>(
     surface: &S,
     curve: &mut Curve<D, S::Place>,
@@ -132,7 +142,6 @@ fn straighten_polyline<const D: usize, S: Surface<D>>(
         steps += level.steps;
     }
     level.steps = steps;
-    level.measure.length = length::arcs(surface, curve, &mut solver.scratch);
     Some(level)
 }
 
@@ -142,21 +151,20 @@ fn straighten_polyline<const D: usize, S: Surface<D>>(
 /// Returns the path as far as it got; the status says whether it converged.
 pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     surface: &S,
-    coarse: Taut<D, S::Place>,
+    straight: Straight<D, S::Place>,
     settings: &Settings,
     solver: &mut Solver<D, S::Place>,
 ) -> Path<D> {
     if settings.scheme == Scheme::Flow {
-        return flow::flow(surface, &coarse.curve.nodes, settings, solver);
+        return flow::flow(surface, &straight.taut.curve.nodes, settings, solver);
     }
-    let mut taut = coarse;
+    let Straight { mut taut, profile } = straight;
     let start_steps = taut.steps;
     if taut.level.measure.energy == 0.0 {
         return finish(surface, taut, Status::Converged, 0.0, solver);
     }
     let digits = -settings.tolerance.log10();
     let degree = ((2.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
-    let profile = nodes::profile(surface, &taut.curve.nodes, &mut solver.scratch);
     let detail = surface.detail();
     let by_detail = if detail > 0.0 {
         profile.length / detail
@@ -174,7 +182,7 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
             .curve
             .refit(surface, degree, &knots, &mut solver.scratch)
         else {
-            return finish(surface, taut, Status::OffSurface, f64::INFINITY, solver);
+            return finish(surface, taut, Status::OffSurface, error, solver);
         };
         let newton_tolerance = (0.01 * settings.tolerance).max(1e-15);
         let Some(level) = solver.solve(surface, &mut curve, newton_tolerance, LEVEL_STEPS) else {
@@ -250,7 +258,7 @@ fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 
         .map(|node| node.point.amax())
         .fold(0.0, f64::max);
     let rounding = f64::EPSILON * (16.0 + 4.0 * size / taut.level.measure.length);
-    2.0 * tail + taut.level.last_change.min(1.0).powi(2).max(0.0) + rounding
+    2.0 * tail + taut.level.left.clamp(0.0, 1.0) + rounding
 }
 
 /// The answer: nodes, normals, arc lengths, and what was reached.
@@ -272,7 +280,7 @@ fn finish<const D: usize, S: Surface<D>>(
         },
         surface_error: 0.0,
         stable: taut.level.index == Some(0),
-        max_geodesic_curvature: solver.largest_geodesic_curvature(surface, &taut.curve),
+        max_geodesic_curvature: 0.0,
         max_off_surface: 0.0,
         steps: taut.steps,
         points: Vec::with_capacity(taut.curve.nodes.len()),
@@ -280,6 +288,9 @@ fn finish<const D: usize, S: Surface<D>>(
         arc_length: taut.curve.arc_lengths(),
     };
     let mut height_errors = length::HeightErrors::default();
+    let mut along_rim = Vec::new();
+    let last = taut.curve.nodes.len() - 1;
+    solver.weigh_pulls(&taut.curve);
     for (i, node) in taut.curve.nodes.iter().enumerate() {
         let mut place = node.place;
         let off = match surface.foot(&node.point, &mut place, &mut solver.scratch) {
@@ -288,7 +299,11 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.max_off_surface = path.max_off_surface.max(off);
         let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(path.arc_length.len() - 1));
+            if (1..last).contains(&i) {
+                let curvature = solver.geodesic_curvature(i);
+                path.max_geodesic_curvature = path.max_geodesic_curvature.max(curvature);
+            }
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
             let stretch = 0.5 * (path.arc_length[after] - path.arc_length[before]);
             let chord = taut.curve.nodes[after].point - taut.curve.nodes[before].point;
             let tangent = solver.scratch.project(&chord);
@@ -300,7 +315,7 @@ fn finish<const D: usize, S: Surface<D>>(
                 );
                 height_errors.add(stretch, curvature, error, radius);
                 if surface.beyond_rim(&node.point, node.place).is_some() {
-                    height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
+                    along_rim.push((stretch, radius));
                 }
             }
             solver.scratch.normal(0)
@@ -309,6 +324,9 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.points.push(node.point);
         path.normals.push(normal);
+    }
+    for (stretch, radius) in along_rim {
+        height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
     }
     path.surface_error = height_errors.length_error();
     path
@@ -334,7 +352,7 @@ mod tests {
             let guess = [a, c, b].map(|point| Node { point, place: () });
             for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
                 let coarse = straighten(&sphere, &guess, &mut solver).unwrap();
-                let cl = coarse.level;
+                let cl = coarse.taut.level;
                 let settings = Settings {
                     tolerance,
                     ..Settings::default()

@@ -13,12 +13,12 @@ use crate::surface::{Geometry, Node, Surface};
 /// How well a level was solved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Level {
-    /// The last Newton step's predicted relative change of length was below the level's tolerance.
+    /// The relative error of the length left by the last Newton step is below the level's tolerance.
     pub converged: bool,
     /// Energy and length.
     pub measure: Measure,
-    /// Predicted relative change of length of the last step taken.
-    pub last_change: f64,
+    /// Estimated relative error of the length that the last step left.
+    pub left: f64,
     /// The number of directions that shorten the path (the Morse index); `None` where the Hessian is
     /// singular to rounding (conjugate end points).
     pub index: Option<usize>,
@@ -37,6 +37,7 @@ pub(crate) struct Solver<const D: usize, P> {
     residual: Vec<f64>,
     step: Vec<f64>,
     masses: Vec<f64>,
+    squared_speed: f64,
     trial: Vec<Node<D, P>>,
     pub scratch: Geometry<D>,
 }
@@ -45,8 +46,22 @@ pub(crate) struct Solver<const D: usize, P> {
 /// into its rim by less than a twentieth of a chart's radius.
 const RIM_STIFFNESS: f64 = 40.0;
 const MOST_SHIFTS: usize = 24;
+/// Share of the length that a Newton step leaves, per square of the share that it changes: below 1 for
+/// most paths, up to 30 where the ends are nearly conjugate.
+const SQUARED: f64 = 64.0;
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
+
+/// What a step that changes the length by the share `change` leaves to be changed: Newton's method
+/// squares it times a factor, [`SQUARED`] or what the step before, if that was Newton's too, shows. A
+/// rim's energy is not smooth where the path meets it.
+fn left_by(change: f64, before: Option<f64>, rim: f64) -> f64 {
+    if rim > 0.0 {
+        return change;
+    }
+    let shown = before.map_or(0.0, |before| change * (change / before).powi(2));
+    shown.max(SQUARED * change * change)
+}
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     pub fn new(codimension: usize) -> Self {
@@ -60,12 +75,13 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             residual: Vec::new(),
             step: Vec::new(),
             masses: Vec::new(),
+            squared_speed: 0.0,
             trial: Vec::new(),
             scratch: Geometry::new(codimension),
         }
     }
 
-    /// Pulls the path taut on its present elements, until Newton's step predicts a relative change of
+    /// Pulls the path taut on its present elements, until Newton's step leaves a relative error of the
     /// length below `tolerance`, or for `most_steps` steps.
     ///
     /// `None` where the surface has no tangent space at a node.
@@ -80,18 +96,19 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         let mut level = Level {
             converged: false,
             measure,
-            last_change: f64::INFINITY,
+            left: f64::INFINITY,
             index: None,
             steps: 0,
         };
         if curve.nodes.len() < 3 || measure.energy == 0.0 {
             level.converged = true;
-            level.last_change = 0.0;
+            level.left = 0.0;
             level.index = Some(0);
             return Some(level);
         }
         self.weigh(curve);
         let mut shift = 0.0;
+        let mut last_change = None;
         while level.steps < most_steps {
             let rim = self.assemble(surface, curve, measure)?;
             let penalised = measure.energy + rim;
@@ -120,15 +137,16 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             level.steps += 1;
             let Some((trial, change)) = accepted else {
                 // No step lowers the energy: as taut as rounding allows, if Newton agrees.
-                level.converged = level.last_change < tolerance;
+                level.converged = level.left < tolerance;
                 break;
             };
             std::mem::swap(&mut curve.nodes, &mut self.trial);
             measure = trial;
             std::mem::swap(&mut self.pull, &mut self.trial_pull);
             level.measure = measure;
-            level.last_change = change;
-            if shift == 0.0 && change < tolerance {
+            level.left = left_by(change, last_change.filter(|_| shift == 0.0), rim);
+            last_change = (shift == 0.0).then_some(change);
+            if shift == 0.0 && level.left < tolerance {
                 level.converged = true;
                 break;
             }
@@ -183,25 +201,17 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         None
     }
 
-    /// The largest geodesic curvature |P x''| / |x'|^2 over the interior nodes, from the last
-    /// solution's energy gradient.
-    pub fn largest_geodesic_curvature<S: Surface<D, Place = P>>(
-        &mut self,
-        surface: &S,
-        curve: &Curve<D, P>,
-    ) -> f64 {
-        let measure = curve.measure(&mut self.pull);
+    /// Prepares [`geodesic_curvature`](Self::geodesic_curvature) at the nodes of a curve.
+    pub fn weigh_pulls(&mut self, curve: &Curve<D, P>) {
+        self.squared_speed = 2.0 * curve.measure(&mut self.pull).energy;
         self.weigh(curve);
-        let squared_speed = 2.0 * measure.energy;
-        let mut largest = 0.0_f64;
-        for i in 1..curve.nodes.len().saturating_sub(1) {
-            let node = &curve.nodes[i];
-            if surface.geometry(&node.point, node.place, &mut self.scratch) {
-                let residual = self.scratch.project(&self.pull[i]).norm();
-                largest = largest.max(residual / self.masses[i] / squared_speed);
-            }
-        }
-        largest
+    }
+
+    /// The geodesic curvature |P x''| / |x'|^2 at interior node `i`, from the energy's gradient;
+    /// `scratch` holds the geometry there.
+    pub fn geodesic_curvature(&self, i: usize) -> f64 {
+        let residual = self.scratch.project(&self.pull[i]).norm();
+        residual / self.masses[i] / self.squared_speed
     }
 
     /// The parameter's share of every node: the lumped mass matrix.

@@ -1,121 +1,184 @@
 //! Continuous Dijkstra over cells, Algorithm 2: distances spread outwards from the source's cell, the
-//! shortest edge to the visited set first.
+//! shortest edge to the visited set first. With lower bounds of what is left to a goal added (A*),
+//! only the nodes of routes near the shortest are visited.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-use crate::Vector;
 use crate::guess::graph::Graph;
+use crate::guess::landmarks::{Goal, Landmarks};
+use crate::guess::queue::Queue;
+
+/// Width of a bucket of the queue, in mean edges.
+const BUCKET: f32 = 0.25;
 
 /// No node.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Distances from a source along the graph.
-#[derive(Clone, Debug, Default)]
+/// Distances from a source along the graph; the memory is kept between searches.
+#[derive(Clone, Debug)]
 pub(crate) struct Distances {
-    /// Distance of each node; infinite where unreached.
-    pub distance: Vec<f32>,
-    /// The node before on the shortest way, [`NONE`] for those entered from the source itself.
-    pub previous: Vec<u32>,
+    labels: Vec<Label>,
+    reached: Vec<u32>,
+    queue: Queue,
 }
 
-/// Orders non-negative finite floats like their bits.
-fn key(distance: f32, node: u32) -> Reverse<(u32, u32)> {
-    Reverse((distance.to_bits(), node))
-}
-
-/// The part of the graph worth visiting: nodes from which the straight line to the other end still
-/// allows a route of the longest length of interest.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach<const D: usize> {
-    /// The other end.
-    pub target: Vector<D>,
-    /// Longest route of interest.
-    pub longest: f32,
+struct Label {
+    distance: f32,
+    /// Lower bound of the distance left.
+    left: f32,
+    /// The distance that the neighbours know.
+    spread: f32,
+    previous: u32,
 }
 
-/// Distances from a source that reaches each entrance over the given length, within `reach`.
-/// O(n log n) in the nodes visited.
-pub(crate) fn distances<const D: usize, P: Copy>(
-    graph: &Graph<D, P>,
-    entrances: &[(u32, f32)],
-    reach: Reach<D>,
-) -> Distances {
-    let count = graph.nodes.len();
-    let mut found = Distances {
-        distance: vec![f32::INFINITY; count],
-        previous: vec![NONE; count],
-    };
-    let mut heap = BinaryHeap::new();
-    for (node, length) in entrances {
-        if *length < found.distance[*node as usize] {
-            found.distance[*node as usize] = *length;
-            heap.push(key(*length, *node));
+const UNREACHED: Label = Label {
+    distance: f32::INFINITY,
+    left: f32::INFINITY,
+    spread: f32::INFINITY,
+    previous: NONE,
+};
+
+impl Distances {
+    pub fn new<const D: usize, P: Copy>(graph: &Graph<D, P>) -> Self {
+        Self {
+            labels: vec![UNREACHED; graph.nodes.len()],
+            reached: Vec::new(),
+            queue: Queue::new(BUCKET * graph.mean_edge()),
         }
     }
-    while let Some(Reverse((bits, node))) = heap.pop() {
-        let distance = f32::from_bits(bits);
-        let left = (graph.nodes[node as usize].point - reach.target).norm() as f32;
-        if distance > found.distance[node as usize] || distance + left > reach.longest {
-            continue;
+
+    /// Distance of a node, infinite where unreached.
+    pub fn distance(&self, node: u32) -> f32 {
+        self.labels[node as usize].distance
+    }
+
+    /// The node before on the shortest way, [`NONE`] for those entered from the source itself.
+    pub fn previous(&self, node: u32) -> u32 {
+        self.labels[node as usize].previous
+    }
+
+    /// The nodes with a finite distance.
+    pub fn reached(&self) -> &[u32] {
+        &self.reached
+    }
+
+    pub fn clear(&mut self) {
+        for node in self.reached.drain(..) {
+            self.labels[node as usize] = UNREACHED;
         }
-        for edge in graph.edges(node) {
-            let there = distance + edge.length;
-            if there < found.distance[edge.to as usize] {
-                found.distance[edge.to as usize] = there;
-                found.previous[edge.to as usize] = node;
-                heap.push(key(there, edge.to));
+    }
+
+    /// Spreads from a source that reaches each entrance over the given length, nodes about in the order
+    /// of their distance plus `left`, which never overestimates what is left to the goal. `longest`
+    /// hears of each node with a distance, and says how long a whole route may be from now on.
+    ///
+    /// Distances are right where they and what is left keep below that, and else not too short. About
+    /// O(n) in the nodes visited.
+    pub fn search<const D: usize, P: Copy>(
+        &mut self,
+        graph: &Graph<D, P>,
+        entrances: &[(u32, f32)],
+        left: impl Fn(u32) -> f32,
+        mut longest: impl FnMut(u32, f32) -> f32,
+    ) {
+        let mut most = f32::INFINITY;
+        let wholes = entrances.iter().map(|(node, length)| length + left(*node));
+        self.queue.restart(wholes.fold(f32::INFINITY, f32::min));
+        for (node, length) in entrances {
+            if *length < self.distance(*node) {
+                self.improve(*node, *length, NONE, most, &left);
+            }
+        }
+        while let Some(node) = self.queue.pop() {
+            let label = &mut self.labels[node as usize];
+            let distance = label.distance;
+            if distance >= label.spread || distance + label.left > most {
+                continue;
+            }
+            label.spread = distance;
+            most = longest(node, distance);
+            for edge in graph.edges(node) {
+                let there = distance + edge.length;
+                if there < self.distance(edge.to) {
+                    self.improve(edge.to, there, node, most, &left);
+                }
             }
         }
     }
-    found
+
+    fn improve(
+        &mut self,
+        node: u32,
+        distance: f32,
+        previous: u32,
+        most: f32,
+        left: impl Fn(u32) -> f32,
+    ) {
+        let label = &mut self.labels[node as usize];
+        if label.distance == f32::INFINITY {
+            label.left = left(node);
+            self.reached.push(node);
+        }
+        label.distance = distance;
+        label.previous = previous;
+        let whole = distance + label.left;
+        if whole <= most {
+            self.queue.push(whole, node);
+        }
+    }
 }
 
-/// Length of the shortest route from the entrances to the exits, by A*: the straight line to the
-/// target never overestimates. Infinite where there is none.
-pub(crate) fn shortest<const D: usize, P: Copy>(
-    graph: &Graph<D, P>,
-    entrances: &[(u32, f32)],
-    exits: &[(u32, f32)],
-    target: &Vector<D>,
-) -> f32 {
-    let left = |node: u32| (graph.nodes[node as usize].point - target).norm() as f32;
-    let mut distance = vec![f32::INFINITY; graph.nodes.len()];
-    let mut heap = BinaryHeap::new();
-    for (node, length) in entrances {
-        if *length < distance[*node as usize] {
-            distance[*node as usize] = *length;
-            heap.push(key(length + left(*node), *node));
+/// Distances from both ends of a query.
+#[derive(Clone, Debug)]
+pub(crate) struct Search {
+    /// From the start.
+    pub forward: Distances,
+    /// From the end.
+    pub backward: Distances,
+}
+
+impl Search {
+    pub fn new<const D: usize, P: Copy>(graph: &Graph<D, P>) -> Self {
+        Self {
+            forward: Distances::new(graph),
+            backward: Distances::new(graph),
         }
     }
-    let mut best = f32::INFINITY;
-    while let Some(Reverse((bits, node))) = heap.pop() {
-        let estimate = f32::from_bits(bits);
-        if estimate >= best {
-            break;
-        }
-        let here = distance[node as usize];
-        // An entry made before a shorter way was found; rounding of the sum is allowed for.
-        if estimate > (here + left(node)) * (1.0 + 1e-6) {
-            continue;
-        }
-        if let Some((_, length)) = exits.iter().find(|exit| exit.0 == node) {
-            best = best.min(here + length);
-        }
-        for edge in graph.edges(node) {
-            let there = here + edge.length;
-            if there < distance[edge.to as usize] {
-                distance[edge.to as usize] = there;
-                heap.push(key(there + left(edge.to), edge.to));
+
+    /// Distances of all nodes on routes at most `detour` times as long as the shortest, which is
+    /// returned: infinite where there is none.
+    pub fn both_ways<const D: usize, P: Copy>(
+        &mut self,
+        graph: &Graph<D, P>,
+        landmarks: &Landmarks,
+        start: &[(u32, f32)],
+        end: &[(u32, f32)],
+        detour: f32,
+    ) -> f32 {
+        self.forward.clear();
+        self.backward.clear();
+        let goal = landmarks.goal(end);
+        let mut shortest = f32::INFINITY;
+        let left = |node| Goal::bound(&goal, node);
+        self.forward.search(graph, start, left, |node, distance| {
+            if let Some((_, length)) = end.iter().find(|exit| exit.0 == node) {
+                shortest = shortest.min(distance + length);
             }
+            shortest * detour
+        });
+        if shortest.is_finite() {
+            let forward = &self.forward;
+            let left = |node| forward.distance(node);
+            self.backward
+                .search(graph, end, left, |_, _| shortest * detour);
         }
+        shortest
     }
-    best
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Vector;
     use crate::surface::Node;
 
     /// A grid of n x n nodes of step 1 with its eight directions; column n / 2 is a wall with a gap.
@@ -140,26 +203,33 @@ mod tests {
     }
 
     #[test]
-    fn goes_round_a_wall_and_astar_agrees() {
+    fn goes_round_a_wall_and_both_ways_agree() {
         let graph = grid(11);
-        let target = graph.nodes[10].point;
-        let everywhere = Reach {
-            target,
-            longest: f32::INFINITY,
-        };
-        let found = distances(&graph, &[(0, 0.0)], everywhere);
+        let mut found = Distances::new(&graph);
+        found.search(&graph, &[(0, 0.0)], |_| 0.0, |_, _| f32::INFINITY);
         // Up the diagonal to the gap at (5, 10) and down again: 5 diagonal and 5 straight steps each way.
         let truth = 2.0 * (5.0 * 2.0_f32.sqrt() + 5.0);
-        assert!((found.distance[10] - truth).abs() < 1e-4);
-        assert_eq!(
-            shortest(&graph, &[(0, 0.0)], &[(10, 0.0)], &target),
-            found.distance[10]
-        );
-        // A reach too short for the detour leaves the target unreached.
-        let near = Reach {
-            target,
-            longest: 12.0,
-        };
-        assert!(distances(&graph, &[(0, 0.0)], near).distance[10].is_infinite());
+        assert!((found.distance(10) - truth).abs() < 1e-4);
+        let (components, sizes) = graph.components();
+        let landmarks = Landmarks::new(&graph, &components, &sizes);
+        let ends = [[(0, 0.5), (1, 1.0)], [(10, 0.0), (9, 1.1)]];
+        let all = ends.map(|end| {
+            let mut found = Distances::new(&graph);
+            found.search(&graph, &end, |_| 0.0, |_, _| f32::INFINITY);
+            found
+        });
+        let mut search = Search::new(&graph);
+        for detour in [1.1, 10.0, 1.0] {
+            let shortest = search.both_ways(&graph, &landmarks, &ends[0], &ends[1], detour);
+            assert!((shortest - truth - 0.5).abs() < 1e-4);
+            for v in 0..graph.nodes.len() as u32 {
+                let (there, back) = (all[0].distance(v), all[1].distance(v));
+                if there + back <= detour * shortest * (1.0 - 1e-5) {
+                    assert!((search.forward.distance(v) - there).abs() < 1e-4);
+                    assert!((search.backward.distance(v) - back).abs() < 1e-4);
+                }
+            }
+        }
+        assert!(search.backward.reached().len() < sizes[0] / 2);
     }
 }

@@ -42,6 +42,12 @@ impl<const D: usize, P: Copy> Graph<D, P> {
         }
     }
 
+    /// The mean length of the edges, 0 where there are none.
+    pub(crate) fn mean_edge(&self) -> f32 {
+        let sum: f32 = self.edges.iter().map(|edge| edge.length).sum();
+        sum / self.edges.len().max(1) as f32
+    }
+
     pub(crate) fn edges(&self, node: u32) -> &[Edge] {
         let i = node as usize;
         &self.edges[self.starts[i] as usize..self.starts[i + 1] as usize]

@@ -2,6 +2,8 @@
 
 pub(crate) mod dijkstra;
 pub(crate) mod graph;
+pub(crate) mod landmarks;
+pub(crate) mod queue;
 pub(crate) mod routes;
 pub mod sampling;
 

@@ -5,7 +5,7 @@
 //! obstacle, a handle or a bulge (via nodes: Abraham, Delling, Goldberg, Werneck, "Alternative Routes
 //! in Road Networks", SEA 2010).
 
-use crate::guess::dijkstra::{Distances, NONE};
+use crate::guess::dijkstra::{Distances, NONE, Search};
 use crate::guess::graph::{Edge, Graph};
 
 /// A way along the graph, its nodes from start to end (the end points themselves excluded).
@@ -20,30 +20,26 @@ pub(crate) const DETOUR: f32 = 1.1;
 /// Two routes that share more than this much of their nodes' surroundings are one.
 const SHARED: f64 = 0.85;
 
-/// Up to `most` distinct routes, shortest first, at most `detour` times as long as the shortest.
+/// Up to `most` distinct routes, shortest first, at most `longest`.
 pub(crate) fn routes<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
-    from: &Distances,
-    to: &Distances,
+    search: &Search,
     most: usize,
-    detour: f32,
+    longest: f32,
 ) -> Vec<Route> {
-    let through = |v: usize| from.distance[v] + to.distance[v];
-    let Some(best) = (0..graph.nodes.len()).min_by(|a, b| through(*a).total_cmp(&through(*b)))
-    else {
+    let (from, to) = (&search.forward, &search.backward);
+    let through = |v: u32| from.distance(v) + to.distance(v);
+    let shorter = |a: &u32, b: &u32| through(*a).total_cmp(&through(*b)).then(a.cmp(b));
+    let Some(best) = to.reached().iter().copied().min_by(shorter) else {
         return Vec::new();
     };
-    let shortest = through(best);
-    if !shortest.is_finite() {
-        return Vec::new();
-    }
     let mut chosen = vec![Route {
-        nodes: route(from, to, best as u32),
+        nodes: route(from, to, best),
     }];
     if most == 1 {
         return chosen;
     }
-    let mut candidates = valleys(graph, |v| through(v as usize), shortest * detour);
+    let mut candidates = valleys(graph, to.reached(), through, longest);
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut near = vec![false; graph.nodes.len()];
     mark(graph, &chosen[0], &mut near);
@@ -72,13 +68,13 @@ fn route(from: &Distances, to: &Distances, middle: u32) -> Vec<u32> {
     let mut v = middle;
     while v != NONE {
         nodes.push(v);
-        v = from.previous[v as usize];
+        v = from.previous(v);
     }
     nodes.reverse();
-    v = to.previous[middle as usize];
+    v = to.previous(middle);
     while v != NONE {
         nodes.push(v);
-        v = to.previous[v as usize];
+        v = to.previous(v);
     }
     nodes
 }
@@ -95,15 +91,17 @@ fn mark<const D: usize, P: Copy>(graph: &Graph<D, P>, route: &Route, near: &mut 
     }
 }
 
-/// (length of the route through it, node) for every node that no neighbour undercuts: the bottoms of
-/// the valleys of the length through a node.
+/// (length of the route through it, node) for every node of those reached that no neighbour undercuts:
+/// the bottoms of the valleys of the length through a node.
 fn valleys<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
+    reached: &[u32],
     through: impl Fn(u32) -> f32,
     longest: f32,
 ) -> Vec<(f32, u32)> {
-    (0..graph.nodes.len() as u32)
-        .filter_map(|v| {
+    reached
+        .iter()
+        .filter_map(|&v| {
             let length = through(v);
             // Sums of the same edges in another order differ by rounding.
             let lowest = |edge: &Edge| through(edge.to) >= length * (1.0 - 1e-5);

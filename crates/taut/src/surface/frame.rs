@@ -21,6 +21,13 @@ pub struct Geometry<const D: usize> {
     triangle: Matrix<D>,
 }
 
+/// The reflection 1 - beta v v'.
+#[derive(Clone, Copy)]
+struct Reflector<const D: usize> {
+    v: Vector<D>,
+    beta: f64,
+}
+
 impl<const D: usize> Geometry<D> {
     /// An empty geometry for `codimension` equations.
     #[must_use]
@@ -67,41 +74,18 @@ impl<const D: usize> Geometry<D> {
     /// Householder QR of J': fills [`basis`](Self::basis). `false` where the gradients are not
     /// independent (relative to the longest, to 1e-12) or not finite.
     pub fn factor(&mut self) -> bool {
-        let m = self.codimension;
-        let longest = self.gradients.iter().map(|g| g.norm()).fold(0.0, f64::max);
-        if !(longest > 0.0 && longest.is_finite()) {
+        let Some(reflectors) = self.triangularise() else {
             return false;
-        }
-        let mut columns = [Vector::<D>::zeros(); D];
-        let mut reflectors = [Vector::<D>::zeros(); D];
-        columns[..m].copy_from_slice(&self.gradients);
-        for j in 0..m {
-            let mut v = columns[j];
-            for i in 0..j {
-                v[i] = 0.0;
-            }
-            let norm = v.norm();
-            if norm <= 1e-12 * longest {
-                return false;
-            }
-            let diagonal = if v[j] > 0.0 { -norm } else { norm };
-            v[j] -= diagonal;
-            v /= v.norm();
-            for column in &mut columns[j..m] {
-                let twice = 2.0 * v.dot(column);
-                *column -= v * twice;
-            }
-            columns[j][j] = diagonal;
-            for i in 0..=j {
-                self.triangle[(i, j)] = columns[j][i];
-            }
-            reflectors[j] = v;
-        }
+        };
+        let m = self.codimension;
         self.basis = Matrix::identity();
-        for j in (0..m).rev() {
-            let v = reflectors[j];
-            let row = v.transpose() * self.basis;
-            self.basis -= v * row * 2.0;
+        for (j, Reflector { v, beta }) in reflectors[..m].iter().enumerate().rev() {
+            let row = if j + 1 == m {
+                v.transpose()
+            } else {
+                v.transpose() * self.basis
+            };
+            self.basis -= v * (row * *beta);
         }
         // Normals point along the gradients: R's diagonal is positive.
         for j in 0..m {
@@ -115,17 +99,74 @@ impl<const D: usize> Geometry<D> {
         true
     }
 
-    /// J^+ r, the shortest x with J x = r: solves R' y = r, x = Q y.
-    #[must_use]
-    pub fn pseudo_inverse(&self, r: &[f64]) -> Vector<D> {
+    /// J^+ F, the step (12) back to the surface, from [`values`](Self::values) and
+    /// [`gradients`](Self::gradients) alone; `None` where [`factor`](Self::factor) would fail.
+    pub(crate) fn step_off(&mut self) -> Option<Vector<D>> {
+        let reflectors = self.triangularise()?;
+        let mut x = Vector::<D>::zeros();
+        x.as_mut_slice()[..self.codimension]
+            .copy_from_slice(&self.substitute(&self.values)[..self.codimension]);
+        for Reflector { v, beta } in reflectors[..self.codimension].iter().rev() {
+            x -= v * (beta * v.dot(&x));
+        }
+        Some(x)
+    }
+
+    /// Fills the triangle R of J' = Q R; returns the reflections whose product is Q.
+    fn triangularise(&mut self) -> Option<[Reflector<D>; D]> {
+        let m = self.codimension;
+        let squares = self.gradients.iter().map(|g| g.norm_squared());
+        let longest = squares.fold(0.0, f64::max);
+        if !(longest > 0.0 && longest.is_finite()) {
+            return None;
+        }
+        let mut reflectors = [Reflector {
+            v: Vector::<D>::zeros(),
+            beta: 0.0,
+        }; D];
+        for j in 0..m {
+            let mut column = self.gradients[j];
+            for Reflector { v, beta } in &reflectors[..j] {
+                column -= v * (beta * v.dot(&column));
+            }
+            let mut v = column;
+            v.as_mut_slice()[..j].fill(0.0);
+            let squared = v.norm_squared();
+            if squared <= 1e-24 * longest {
+                return None;
+            }
+            let diagonal = -squared.sqrt().copysign(v[j]);
+            v[j] -= diagonal;
+            // |v|^2 = 2 diagonal (diagonal - column_j)
+            let beta = -1.0 / (diagonal * v[j]);
+            reflectors[j] = Reflector { v, beta };
+            column[j] = diagonal;
+            for i in 0..=j {
+                self.triangle[(i, j)] = column[i];
+            }
+        }
+        Some(reflectors)
+    }
+
+    /// Solves R' y = r.
+    fn substitute(&self, r: &[f64]) -> [f64; D] {
         let mut y = [0.0; D];
-        let mut x = Vector::zeros();
         for i in 0..self.codimension {
             let mut sum = r[i];
             for j in 0..i {
                 sum -= self.triangle[(j, i)] * y[j];
             }
             y[i] = sum / self.triangle[(i, i)];
+        }
+        y
+    }
+
+    /// J^+ r, the shortest x with J x = r: solves R' y = r, x = Q y.
+    #[must_use]
+    pub fn pseudo_inverse(&self, r: &[f64]) -> Vector<D> {
+        let y = self.substitute(r);
+        let mut x = Vector::zeros();
+        for i in 0..self.codimension {
             x += self.basis.column(i) * y[i];
         }
         x

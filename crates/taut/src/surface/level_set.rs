@@ -22,6 +22,8 @@ pub(crate) trait LevelSet<const D: usize> {
 const MOST_STEPS: usize = 40;
 /// Steps shorter than this share of the reach no longer change the place.
 const SETTLED: f64 = 1e-4;
+/// Curvature of a surface of unit reach that the last step allows for.
+const LARGEST_CURVATURE: f64 = 16.0;
 
 /// Newton-Raphson to the surface, x <- x - J^+ F (12): quadratic, and for one equation the paper's
 /// x - F grad F / |grad F|^2. Stops when a step no longer moves `x` beyond rounding.
@@ -40,10 +42,7 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
             return None;
         }
         level_set.gradients(&x, *place, workspace);
-        if !workspace.factor() {
-            return None;
-        }
-        let mut step = workspace.pseudo_inverse(&workspace.values);
+        let mut step = workspace.step_off()?;
         let length = step.norm();
         if !length.is_finite() {
             return None;
@@ -54,8 +53,13 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
         }
         x -= step;
         let rounding = 4.0 * f64::EPSILON * x.amax();
-        // The step after one of relative size e is of size e^2 (quadratic convergence).
-        if length <= rounding || (length >= 0.5 * last && length <= 64.0 * rounding) {
+        // Quadratic convergence: the next step is this one squared times a curvature, the larger of
+        // that which the last two show and what a surface of this reach may have.
+        let next = length * length * (length / (last * last)).max(LARGEST_CURVATURE / reach);
+        if length <= rounding
+            || next <= 0.25 * rounding
+            || (length >= 0.5 * last && length <= 64.0 * rounding)
+        {
             return Some(x);
         }
         last = length;
