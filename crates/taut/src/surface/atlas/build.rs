@@ -54,7 +54,7 @@ impl<const D: usize> Atlas<D> {
         }
         let mut owner_in_tree = owners(&built, cloud.points.len());
         let mut linked = links::links(&built, &owner_in_tree, &monomials, &tree);
-        if links::drop_stray(&mut built, &linked) {
+        if links::drop_stray(&mut built, &linked, &owner_in_tree) {
             owner_in_tree = owners(&built, cloud.points.len());
             linked = links::links(&built, &owner_in_tree, &monomials, &tree);
         }

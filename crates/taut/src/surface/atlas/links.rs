@@ -8,11 +8,11 @@ use crate::surface::atlas::build::Built;
 use crate::surface::atlas::chart::{Chart, ChartJet};
 use crate::surface::atlas::polynomial::Monomials;
 
-/// A chart this many times rougher than usual is rough: too rough to be linked if its residual is
-/// [`ROUGH_SPACINGS`] too, and not worth keeping alone if it is [`STRAY_SPACINGS`].
+/// A chart this many times rougher than usual, and at least [`ROUGH_SPACINGS`], is linked to none.
 const ROUGH: f64 = 5.0;
 const ROUGH_SPACINGS: f64 = 0.5;
-const STRAY_SPACINGS: f64 = 0.15;
+/// A group of charts with fewer points of its own than this is stray if others claim them too.
+const STRAY_POINTS: usize = 50;
 /// Charts are linked when they agree at this share of the points they have in common.
 const SHARE: f64 = 0.5;
 /// A chart means nothing where its surface is steeper over its plane than 60 degrees.
@@ -84,7 +84,7 @@ pub(super) fn links<const D: usize>(
         let agreeing = f64::from(sum(|v| v.agreeing as i32));
         let rough = [i, j]
             .iter()
-            .any(|c| usual.rough(&built[*c as usize].chart, ROUGH_SPACINGS));
+            .any(|c| usual.rough(&built[*c as usize].chart));
         if !rough && agreeing >= SHARE * f64::from(sum(|v| v.shared as i32)) {
             let side = if sum(|v| v.same_side) >= 0 { 1 } else { -1 };
             links[i as usize].push((j, side));
@@ -94,18 +94,54 @@ pub(super) fn links<const D: usize>(
     links
 }
 
-/// Removes rough charts that agree with no other: fits across layers or to outliers. Their points
-/// are adopted later. Returns whether there were any.
-pub(super) fn drop_stray<const D: usize>(built: &mut Vec<Built<D>>, links: &[Vec<Link>]) -> bool {
-    let usual = Usual::of(built);
+/// Removes small groups of charts that share fitted points with others yet agree with none of them:
+/// fits across layers, along rings of points, or to outliers. Their points are adopted later. Returns
+/// whether there were any.
+pub(super) fn drop_stray<const D: usize>(
+    built: &mut Vec<Built<D>>,
+    links: &[Vec<Link>],
+    owners: &[u32],
+) -> bool {
+    let groups = groups(links);
+    let mut points = vec![0; built.len()];
+    for (b, group) in built.iter().zip(&groups) {
+        points[*group as usize] += b.own.len();
+    }
+    let mut contested = vec![false; built.len()];
+    for (b, group) in built.iter().zip(&groups) {
+        let mut others = b.members.iter().map(|p| owners[*p as usize]);
+        contested[*group as usize] |= others.any(|o| o != u32::MAX && groups[o as usize] != *group);
+    }
+    let stray = |group: u32| points[group as usize] < STRAY_POINTS && contested[group as usize];
+    if groups.iter().all(|group| stray(*group)) {
+        return false;
+    }
     let before = built.len();
-    let mut list = links.iter();
-    built.retain(|b| {
-        let linked = list.next().is_some_and(|l| !l.is_empty());
-        linked || !usual.rough(&b.chart, STRAY_SPACINGS)
-    });
-    // Where every chart is stray there is nothing better.
-    built.len() < before && !built.is_empty()
+    let mut group = groups.iter();
+    built.retain(|_| group.next().is_some_and(|group| !stray(*group)));
+    built.len() < before
+}
+
+/// The connected group of each chart, named by its lowest chart.
+fn groups(links: &[Vec<Link>]) -> Vec<u32> {
+    let mut groups = vec![u32::MAX; links.len()];
+    let mut stack = Vec::new();
+    for first in 0..links.len() as u32 {
+        if groups[first as usize] != u32::MAX {
+            continue;
+        }
+        groups[first as usize] = first;
+        stack.push(first);
+        while let Some(chart) = stack.pop() {
+            for (next, _) in &links[chart as usize] {
+                if groups[*next as usize] == u32::MAX {
+                    groups[*next as usize] = first;
+                    stack.push(*next);
+                }
+            }
+        }
+    }
+    groups
 }
 
 /// For each chart those whose supports may reach its cell, itself first, then by distance.
@@ -190,8 +226,8 @@ impl Usual {
     }
 
     /// The chart fits its points much worse than others do.
-    fn rough<const D: usize>(&self, chart: &Chart<D>, least: f64) -> bool {
-        chart.residual > chart.spacing * (ROUGH * self.roughness).max(least)
+    fn rough<const D: usize>(&self, chart: &Chart<D>) -> bool {
+        chart.residual > chart.spacing * (ROUGH * self.roughness).max(ROUGH_SPACINGS)
     }
 
     /// Whether both charts' surfaces pass near a point that they share, in the same direction; 1 where

@@ -14,7 +14,7 @@ use crate::surface::atlas::chart::Chart;
 /// Radius of the discs in spacings: holes narrower than twice that are not seen.
 pub(crate) const DISC_SPACINGS: f64 = 2.5;
 /// A disc at a rim has more neighbours than this within its radius; one in a mere thin spot has not.
-const COMPANIONS: usize = 2;
+const COMPANIONS: usize = 0;
 /// Directions in which a disc may touch a point.
 const DIRECTIONS: usize = 24;
 

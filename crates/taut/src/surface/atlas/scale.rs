@@ -19,6 +19,10 @@ const DEGREE_GAIN: f64 = 0.95;
 const POINTS_A_COEFFICIENT: usize = 2;
 /// A smaller neighbourhood must bring it below this share of a larger one's.
 const SMALLER_GAIN: f64 = 0.7;
+/// Where residuals of neighbours do not agree it may be noise, which few points fit well by chance: a
+/// half and a quarter of the points must fit this much better.
+const HALF_GAIN: f64 = 0.65;
+const QUARTER_GAIN: f64 = 0.5;
 /// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
 const MISFIT: f64 = 0.35;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
@@ -52,10 +56,14 @@ pub(super) fn fit<const D: usize>(
         f.as_ref()
             .map_or(f64::INFINITY, |(fitted, _)| fitted.chart.residual)
     };
+    let noise = first.as_ref().is_some_and(|f| f.0.misfit.abs() <= MISFIT);
     let mut detailed = None;
-    for wanted in [usual / 2, usual / 4 + 1] {
+    for (wanted, chance) in [(usual / 2, HALF_GAIN), (usual / 4 + 1, QUARTER_GAIN)] {
         let smaller = fit(wanted);
-        if residual(&smaller) < SMALLER_GAIN * residual(&first).min(residual(&detailed)) {
+        let gain = if noise { chance } else { SMALLER_GAIN };
+        if residual(&smaller) < gain * residual(&first)
+            && residual(&smaller) < SMALLER_GAIN * residual(&detailed)
+        {
             detailed = smaller;
         }
     }
