@@ -13,8 +13,9 @@ use crate::surface::atlas::chart::Chart;
 
 /// Radius of the discs in spacings: holes narrower than twice that are not seen.
 pub(crate) const DISC_SPACINGS: f64 = 2.5;
-/// A disc at a rim has more neighbours than this within its radius; one in a mere thin spot has not.
-const COMPANIONS: usize = 0;
+/// Fewer discs than this that reach one another are a thin spot in the sampling: a hole wide enough for
+/// a disc has a rim of six of its radii.
+const FEWEST: usize = 6;
 /// Directions in which a disc may touch a point.
 const DIRECTIONS: usize = 24;
 
@@ -89,17 +90,12 @@ impl<const D: usize> Rim<D> {
                 discs.map(|disc| Disc { spacing, ..disc }).collect()
             })
             .collect();
+        let whole = chains(&lists, neighbours);
         let mut starts = vec![0];
         let mut discs = Vec::new();
-        for (i, list) in lists.iter().enumerate() {
-            let near = neighbours.of(i as u32).iter();
-            let near: Vec<&Disc<D>> = near.flat_map(|j| &lists[*j as usize]).collect();
-            let together = |disc: &&Disc<D>| {
-                let touching =
-                    |other: &&&Disc<D>| (other.centre - disc.centre).norm() <= disc.radius;
-                near.iter().filter(touching).count() > COMPANIONS
-            };
-            discs.extend(list.iter().filter(together));
+        for (list, whole) in lists.iter().zip(whole) {
+            let kept = list.iter().zip(whole).filter(|(_, size)| *size >= FEWEST);
+            discs.extend(kept.map(|(disc, _)| *disc));
             starts.push(discs.len() as u32);
         }
         Self { starts, discs }
@@ -115,6 +111,39 @@ impl<const D: usize> Rim<D> {
     pub fn length(&self) -> f64 {
         self.discs.iter().map(|disc| disc.spacing).sum()
     }
+}
+
+/// For each disc the number of those that reach one another from it, each centre within the radius of
+/// the next, itself included.
+fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec<usize>> {
+    let mut sizes: Vec<Vec<usize>> = lists.iter().map(|list| vec![0; list.len()]).collect();
+    for first in 0..lists.len() {
+        for i in 0..lists[first].len() {
+            if sizes[first][i] > 0 {
+                continue;
+            }
+            let mut chain = vec![(first, i)];
+            sizes[first][i] = 1;
+            let mut next = 0;
+            while let Some((chart, i)) = chain.get(next).copied() {
+                next += 1;
+                let disc = &lists[chart][i];
+                for other in neighbours.of(chart as u32).iter().map(|c| *c as usize) {
+                    for (j, there) in lists[other].iter().enumerate() {
+                        let gap = (there.centre - disc.centre).norm();
+                        if sizes[other][j] == 0 && gap <= disc.radius {
+                            sizes[other][j] = 1;
+                            chain.push((other, j));
+                        }
+                    }
+                }
+            }
+            for (chart, i) in &chain {
+                sizes[*chart][*i] = chain.len();
+            }
+        }
+    }
+    sizes
 }
 
 /// The disc amid the empty directions at a point, if there is one.
