@@ -24,7 +24,7 @@ pub struct Report {
     /// How many charts have degree 1, 2, 3, 4.
     pub degrees: [usize; 4],
     /// Distance to the nearest other sheet in spacings: 1st percentile over the charts that see one
-    /// within their reach; `None` where none does.
+    /// within eight spacings; `None` where none does.
     pub other_sheet: Option<f64>,
     /// Estimated length of all rims, holes included; 0 for closed surfaces.
     pub rim_length: f64,
@@ -32,8 +32,8 @@ pub struct Report {
     pub outliers: usize,
 }
 
-/// Points looked at around each chart for another sheet.
-const LOOK: usize = 96;
+/// Spacings up to which another sheet is looked for.
+const LOOK: u32 = 8;
 
 impl<const D: usize> Atlas<D> {
     /// Facts about the cloud. O(n log n).
@@ -63,27 +63,35 @@ impl<const D: usize> Atlas<D> {
         }
     }
 
-    /// Distance in spacings from a chart to a point above or below it that belongs to another sheet.
+    /// Distance in spacings from a chart's origin to the first point above or below it that belongs to
+    /// another sheet, looked for along the normals.
     fn other_sheet(&self, i: u32) -> Option<f64> {
         let chart = &self.charts[i as usize];
         let m = D - self.monomials.variables;
-        let mut found: Vec<Neighbour> = Vec::new();
-        self.tree.nearest(&chart.origin, LOOK, &mut found);
         let same_sheet = self.neighbours.of(i);
-        let apart = found.iter().filter_map(|n| {
-            let owner = self.owners[self.tree.order[n.index as usize] as usize];
-            let mut offsets = [0.0; D];
-            chart.offsets(
-                &self.monomials,
-                &self.tree.points[n.index as usize],
-                &mut offsets,
-            );
-            let height = offsets[..m].iter().map(|v| v * v).sum::<f64>().sqrt();
-            // Above or below, rather than beside: the step runs mostly along the normal.
-            let above = height * height > 0.5 * n.squared && height > chart.spacing * 0.5;
-            (above && !same_sheet.contains(&owner)).then_some(height / chart.spacing)
-        });
-        apart.min_by(f64::total_cmp)
+        let mut found: Vec<Neighbour> = Vec::new();
+        let mut least: Option<f64> = None;
+        for (step, normal) in (1..=LOOK).flat_map(|step| (0..m).map(move |a| (step, a))) {
+            for side in [-1.0, 1.0] {
+                let height = side * f64::from(step) * chart.spacing;
+                let x = chart.origin + chart.frame.column(normal) * height;
+                self.tree.nearest(&x, 1, &mut found);
+                let point = &self.tree.points[found[0].index as usize];
+                let owner = self.owners[self.tree.order[found[0].index as usize] as usize];
+                let mut offsets = [0.0; D];
+                chart.offsets(&self.monomials, point, &mut offsets);
+                let distance = offsets[..m].iter().map(|v| v * v).sum::<f64>().sqrt();
+                let near = found[0].squared <= chart.spacing * chart.spacing;
+                if near && distance > 0.5 * chart.spacing && !same_sheet.contains(&owner) {
+                    let spacings = distance / chart.spacing;
+                    least = Some(least.map_or(spacings, |l| l.min(spacings)));
+                }
+            }
+            if least.is_some() && normal + 1 == m {
+                break;
+            }
+        }
+        least
     }
 }
 

@@ -109,7 +109,7 @@ impl<const D: usize> Rim<D> {
 
     /// Estimated length of all rims: a spacing for every point on one.
     pub fn length(&self) -> f64 {
-        self.discs.iter().map(|disc| disc.spacing).sum()
+        self.discs.iter().fold(0.0, |sum, disc| sum + disc.spacing)
     }
 }
 
