@@ -31,8 +31,10 @@ struct Workspace<const D: usize, P> {
 
 /// Guesses looked at for the shortest path.
 const GUESSES: usize = 8;
-/// Straightened guesses within this factor of the shortest are pulled taut to the tolerance.
+/// Straightened guesses within this factor of the shortest are pulled taut to the tolerance ...
 const CLOSE: f64 = 1.003;
+/// ... and within this one on a surface with detail that the first polyline does not see.
+const CLOSE_WITH_DETAIL: f64 = 1.1;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 
@@ -77,7 +79,12 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Node<D, S::Place>,
         settings: &Settings,
     ) -> Path<D> {
-        self.search(from, to, settings, GUESSES, DETOUR, CLOSE)
+        let close = if self.surface.detail() > 0.0 {
+            CLOSE_WITH_DETAIL
+        } else {
+            CLOSE
+        };
+        self.search(from, to, settings, GUESSES, DETOUR, close)
             .into_iter()
             .next()
             .unwrap_or_else(Path::none)

@@ -122,15 +122,20 @@ impl<const D: usize> Atlas<D> {
         self.pulled(&x, self.owners[nearest as usize])
     }
 
-    fn pulled(&self, x: &Vector<D>, mut place: ChartIndex) -> Result<Node<D, ChartIndex>, Error> {
+    /// The foot of `x` seen from a chart or, where the iteration does not arrive from there, from the
+    /// nearest of its neighbours from which it does.
+    fn pulled(&self, x: &Vector<D>, place: ChartIndex) -> Result<Node<D, ChartIndex>, Error> {
         let mut scratch = Geometry::new(D - self.monomials.variables);
-        match self.foot(x, &mut place, &mut scratch) {
-            Some(point) => Ok(Node { point, place }),
-            None => Err(Error::NoFoot {
-                point: format!("{:?}", (x + self.cloud.centre).as_slice()),
-                reason: "it is too far from the points, or the surface is undefined there",
-            }),
-        }
+        let mut places = self.neighbours.of(place).iter();
+        let node = places.find_map(|place| {
+            let mut place = *place;
+            let point = self.foot(x, &mut place, &mut scratch)?;
+            Some(Node { point, place })
+        });
+        node.ok_or_else(|| Error::NoFoot {
+            point: format!("{:?}", (x + self.cloud.centre).as_slice()),
+            reason: "it is too far from the points, or the surface is undefined there",
+        })
     }
 
     /// The straight step between two charts' origins does not cross a hole.
