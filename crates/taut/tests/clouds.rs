@@ -249,3 +249,31 @@ fn noise_of_half_a_spacing_leaves_lengths_good_to_half_a_per_cent() {
     errors.sort_by(f64::total_cmp);
     assert!(errors[15] < 5e-3, "{errors:?}");
 }
+
+#[test]
+fn a_thin_limb_sampled_in_rings_is_one_sheet() {
+    // A cylinder of radius 1: 20 points a ring, 0.31 apart, rings 0.8 apart and jittered a little.
+    let mut random = Random(3);
+    let mut points = Vec::new();
+    let mut unrolled = Vec::new();
+    for ring in 0..40 {
+        for i in 0..20 {
+            let angle = TAU * (f64::from(i) + 0.3 * random.next()) / 20.0;
+            let height = 0.8 * (f64::from(ring) + 0.05 * random.next());
+            points.push([angle.cos(), angle.sin(), height]);
+            unrolled.push((angle, height));
+        }
+    }
+    let geodesics = geodesics(&points);
+    assert_eq!(geodesics.component_sizes().len(), 1);
+    for (from, to) in [(105, 113), (110, 503), (207, 690), (300, 385), (401, 650)] {
+        let (a, b) = (unrolled[from], unrolled[to]);
+        let around = (a.0 - b.0).abs().min(TAU - (a.0 - b.0).abs());
+        let truth = around.hypot(a.1 - b.1);
+        let found = path(&geodesics, from, to, &Settings::default());
+        let error = (found.length - truth).abs();
+        assert!(found.converged(), "{from} {to}: {:?}", found.status);
+        assert!(error < 0.003 * truth, "{from} {to}: {error}");
+        assert!(error <= found.length_error + found.surface_error);
+    }
+}
