@@ -246,7 +246,7 @@ impl LeastSquares {
                 }
             }
             squared[i] = f64::INFINITY;
-            let least = squared.iter().copied().fold(f64::INFINITY, f64::min);
+            let least = least(squared);
             let nearest = squared.iter().position(|s| *s == least).unwrap_or(i);
             together += product(i, nearest);
             alone += 0.5 * (product(i, i) + product(nearest, nearest));
@@ -314,6 +314,23 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
+/// The least value, by eight side by side.
+fn least(values: &[f64]) -> f64 {
+    let smaller = |a: f64, b: f64| if b < a { b } else { a };
+    let (chunks, rest) = values.as_chunks::<8>();
+    let mut least = [f64::INFINITY; 8];
+    for chunk in chunks {
+        for lane in 0..8 {
+            least[lane] = smaller(least[lane], chunk[lane]);
+        }
+    }
+    least
+        .iter()
+        .chain(rest)
+        .copied()
+        .fold(f64::INFINITY, smaller)
+}
+
 /// target += factor * values.
 fn add(target: &mut [f64], factor: f64, values: &[f64]) {
     for (entry, value) in target.iter_mut().zip(values) {
@@ -371,8 +388,8 @@ mod tests {
                 let mut design = DMatrix::zeros(40, count);
                 let mut right = DVector::zeros(40);
                 for i in (0..40).filter(|i| *i != skip) {
-                    let mut row = vec![0.0; count];
-                    monomials.values(&at(i), &mut row);
+                    let mut row = Vec::new();
+                    monomials.columns(&at(i), 1, count, &mut row);
                     let root = samples.weights[i].sqrt();
                     for j in 0..count {
                         design[(i, j)] = root * row[j];
@@ -390,8 +407,8 @@ mod tests {
             }
             let (mut sum, mut total) = (0.0, 0.0);
             for i in 0..40 {
-                let mut row = vec![0.0; count];
-                monomials.values(&at(i), &mut row);
+                let mut row = Vec::new();
+                monomials.columns(&at(i), 1, count, &mut row);
                 let prediction: f64 = row.iter().zip(solve(i).iter()).map(|(r, c)| r * c).sum();
                 sum += samples.weights[i] * (samples.heights[i] - prediction).powi(2);
                 total += samples.weights[i];

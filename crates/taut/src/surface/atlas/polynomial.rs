@@ -41,14 +41,6 @@ impl Monomials {
         self.counts[degree]
     }
 
-    /// The values of the first `out.len()` monomials at `u`.
-    pub fn values(&self, u: &[f64], out: &mut [f64]) {
-        out[0] = 1.0;
-        for (i, (before, variable)) in (1..out.len()).zip(&self.factors) {
-            out[i] = out[*before] * u[*variable];
-        }
-    }
-
     /// The values of the first `count` monomials at many points, in columns as the coordinates are.
     pub fn columns(&self, coordinates: &[f64], rows: usize, count: usize, out: &mut Vec<f64>) {
         out.resize(count * rows, 0.0);
@@ -209,8 +201,8 @@ mod tests {
             let (mut g3, mut h3) = ([0.0; 3], [0.0; 9]);
             let v2 = two.evaluate(&coefficients, &u, &mut g2, &mut h2);
             let v3 = three.evaluate(&embedded, &u, &mut g3, &mut h3);
-            let mut monomials = vec![0.0; coefficients.len()];
-            two.values(&u, &mut monomials);
+            let mut monomials = Vec::new();
+            two.columns(&u[..2], 1, coefficients.len(), &mut monomials);
             let direct: f64 = monomials
                 .iter()
                 .zip(&coefficients)

@@ -172,13 +172,12 @@ fn enclosed<const D: usize>(chart: &Chart<D>, place: usize, near: &[Flat]) -> bo
     for (x, y) in near {
         let (u, v) = (x - origin.0, y - origin.1);
         let squared = u * u + v * v;
-        if squared < chord && squared > 0.0 {
-            let eighth =
-                u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
-            eighths |= 1 << eighth;
-            if eighths == u8::MAX {
-                return true;
-            }
+        // Whether a point is near is a toss-up, and costs less without a branch.
+        let near = u8::from(squared < chord) & u8::from(squared > 0.0);
+        let eighth = u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
+        eighths |= near << eighth;
+        if eighths == u8::MAX {
+            return true;
         }
     }
     false

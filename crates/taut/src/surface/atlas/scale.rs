@@ -1,7 +1,7 @@
 //! The scale of a chart: how many points it is fitted to, and with which degree.
 
 use crate::spatial::tree::Tree;
-use crate::surface::atlas::chart::{Chart, ChartJet};
+use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::STEEPEST;
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood, Sheet, Workspace};
@@ -204,16 +204,10 @@ pub(super) fn steep_distance<const D: usize>(
     chart: &Chart<D>,
     members: &[u32],
 ) -> f64 {
-    let m = D - monomials.variables;
-    let mut jet = ChartJet::new();
-    let steep = members.iter().filter_map(|i| {
+    let away = members.iter().filter_map(|i| {
         let x = &tree.points[*i as usize];
-        chart.jet(monomials, x, false, &mut jet);
-        let steepest = jet.gradient[..m]
-            .iter()
-            .map(Vector::norm)
-            .fold(0.0, f64::max);
-        (steepest > STEEPEST).then(|| (x - chart.origin).norm())
+        let steep = chart.steepness(monomials, x) > STEEPEST;
+        steep.then(|| (x - chart.origin).norm())
     });
-    steep.fold(f64::INFINITY, f64::min)
+    away.fold(f64::INFINITY, f64::min)
 }

@@ -39,7 +39,7 @@ const SECTORS: usize = 8;
 const SURROUNDED: usize = 6;
 
 /// Points of a search that its first plane looks at: more do not change it.
-const FIRST_POINTS: usize = 40;
+const FIRST_POINTS: usize = 32;
 
 /// The memory of all that is computed for a chart, kept for the next one.
 #[derive(Default)]
@@ -66,6 +66,8 @@ pub(crate) struct Sheet<'a, const D: usize> {
     /// The tree's point at which it starts.
     pub seed: u32,
     start: Option<Start<D>>,
+    /// The places kept, among how many, when it last grew beyond its usual start.
+    grown: (Vec<u32>, usize),
 }
 
 impl<'a, const D: usize> Sheet<'a, D> {
@@ -75,6 +77,7 @@ impl<'a, const D: usize> Sheet<'a, D> {
             monomials,
             seed,
             start: None,
+            grown: (Vec::new(), usize::MAX),
         }
     }
 
@@ -94,12 +97,21 @@ impl<'a, const D: usize> Sheet<'a, D> {
                 Some(start) => start,
                 None => first_plane(self.tree, self.monomials.variables, &workspace.found)?,
             };
-            workspace.kept.clone_from(&members);
             workspace.place(self.tree, &origin, &frame);
-            if members.len() <= FIRST_POINTS && FIRST_POINTS <= found {
-                self.start = Some((members, frame));
+            if self.grown.1 < found {
+                workspace.kept.clone_from(&self.grown.0);
+                workspace.fit_model(self.monomials)?;
+                workspace.grow(self.monomials, self.grown.1, wanted)?;
+            } else {
+                workspace.kept.clone_from(&members);
+                workspace.set_plane(self.monomials.variables);
+                workspace.grow(self.monomials, members.len(), wanted)?;
             }
-            workspace.grow(self.monomials, wanted)?;
+            if members.len() <= FIRST_POINTS && FIRST_POINTS < found {
+                self.start = Some((members, frame));
+                self.grown.0.clone_from(&workspace.kept);
+                self.grown.1 = found;
+            }
             let complete = workspace.kept.len() >= wanted || found < reach;
             if complete || reach >= 6 * wanted {
                 let kept = workspace.kept.iter();
@@ -122,17 +134,14 @@ impl<const D: usize> Workspace<D> {
             .extend(found.map(|n| frame.tr_mul(&(point(n) - origin))));
     }
 
-    /// Grows the kept points within those found, to `wanted` at most.
-    fn grow(&mut self, monomials: &Monomials, wanted: usize) -> Option<()> {
+    /// Grows the kept points, which are among the first `size`, within those found, to `wanted` at most.
+    fn grow(&mut self, monomials: &Monomials, mut size: usize, wanted: usize) -> Option<()> {
         let k = monomials.variables;
         let spacing = spacing(&self.found, k);
         let all = self.found.len();
-        let mut size = self.kept.len();
-        self.model
-            .set_plane::<D>(&self.local, &self.kept, k, &mut self.sorted);
         loop {
             size = (size + size / 2 + 1).min(all);
-            if self.spread(monomials, size) <= GAP_SPACINGS * spacing && self.heights.len() == all {
+            if self.spread(k, size) <= GAP_SPACINGS * spacing && self.heights.len() == all {
                 // No other sheet fits between the points, however many of them are looked at.
                 size = all;
             }
@@ -154,36 +163,53 @@ impl<const D: usize> Workspace<D> {
 
     /// The heights over the model of the first `size` found, and of those after while they keep within
     /// one sheet for certain; the spread of all those.
-    fn spread(&mut self, monomials: &Monomials, size: usize) -> f64 {
-        let wide = GAP_SPACINGS * spacing(&self.found, monomials.variables);
+    fn spread(&mut self, k: usize, size: usize) -> f64 {
+        let wide = GAP_SPACINGS * spacing(&self.found, k);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         self.heights.clear();
         for (i, local) in self.local.iter().enumerate() {
             if i >= size && high - low > wide {
                 break;
             }
-            let height = self.model.height(monomials, local);
+            let height = self.model.height(k, local);
             (low, high) = (low.min(height), high.max(height));
             self.heights.push(height);
         }
         high - low
     }
 
+    /// The plane at the mean height of the kept points.
+    fn set_plane(&mut self, k: usize) {
+        let m = D - k;
+        let kept = || self.kept.iter().map(|i| &self.local[*i as usize]);
+        let sum = kept().fold(Vector::<D>::zeros(), |sum, local| sum + local);
+        let mean = sum / self.kept.len() as f64;
+        self.model.scale = 1.0;
+        self.model.coefficients.clear();
+        self.model.coefficients.extend(mean.iter().take(m));
+        let deviations = kept().map(|local| {
+            let squares = (0..m).map(|a| (local[a] - mean[a]).powi(2));
+            squares.sum::<f64>().sqrt()
+        });
+        self.model.deviation = scatter(deviations, &mut self.sorted);
+    }
+
     /// Fits the kept points: a plane while few, then a quadric, over the frame's tangent plane.
     fn fit_model(&mut self, monomials: &Monomials) -> Option<()> {
+        let k = monomials.variables;
         let degree = if self.kept.len() >= 2 * monomials.count(2) {
             2
         } else {
             1
         };
         let kept = self.kept.iter().map(|i| self.local[*i as usize]);
-        self.model.scale = self.samples.set(D - monomials.variables, kept);
+        self.model.scale = self.samples.set(D - k, kept);
         let degree = self.fit.factor(monomials, degree, &self.samples)?;
         self.fit
             .coefficients(monomials, degree, &mut self.model.coefficients);
         let model = &self.model;
         let kept = self.kept.iter().map(|i| &self.local[*i as usize]);
-        let residuals = kept.map(|local| model.height(monomials, local).abs());
+        let residuals = kept.map(|local| model.height(k, local).abs());
         self.model.deviation = scatter(residuals, &mut self.sorted);
         Some(())
     }
@@ -435,52 +461,36 @@ struct Model {
 }
 
 impl Model {
-    /// The plane at the mean height of some points.
-    fn set_plane<const D: usize>(
-        &mut self,
-        local: &[Vector<D>],
-        members: &[u32],
-        k: usize,
-        memory: &mut Vec<f64>,
-    ) {
-        let m = D - k;
-        let members = || members.iter().map(|i| &local[*i as usize]);
-        self.scale = 1.0;
-        self.coefficients.clear();
-        self.coefficients.resize(m, 0.0);
-        for local in members() {
-            for a in 0..m {
-                self.coefficients[a] += local[a] / members().count() as f64;
-            }
-        }
-        let deviations = members().map(|local| {
-            let squares = (0..m).map(|a| (local[a] - self.coefficients[a]).powi(2));
-            squares.sum::<f64>().sqrt()
-        });
-        self.deviation = scatter(deviations, memory);
-    }
-
     /// Signed height over the model for one normal, the size of the height for several; of a point in
     /// the frame.
-    fn height<const D: usize>(&self, monomials: &Monomials, local: &Vector<D>) -> f64 {
-        let k = monomials.variables;
+    fn height<const D: usize>(&self, k: usize, local: &Vector<D>) -> f64 {
         let m = D - k;
         let mut u = [0.0; D];
         for j in 0..k {
             u[j] = local[m + j] / self.scale;
         }
         let count = self.coefficients.len() / m;
-        // A quadric of up to 16 variables has 153 coefficients.
-        let mut values = [0.0; 160];
-        monomials.values(&u[..k], &mut values[..count]);
-        let height = |a: usize| {
-            let c = &self.coefficients[a * count..(a + 1) * count];
-            local[a] - c.iter().zip(&values).map(|(c, v)| c * v).sum::<f64>()
-        };
+        let height =
+            |a: usize| local[a] - quadric(&self.coefficients[a * count..(a + 1) * count], &u[..k]);
         if m == 1 {
             height(0)
         } else {
             (0..m).map(|a| height(a).powi(2)).sum::<f64>().sqrt()
         }
     }
+}
+
+/// A polynomial of degree 0, 1 or 2, by the order of its [`Monomials`].
+fn quadric(coefficients: &[f64], u: &[f64]) -> f64 {
+    let k = u.len();
+    let (constant, higher) = (coefficients[0], &coefficients[1..]);
+    let mut value = constant + higher.iter().zip(u).map(|(c, u)| c * u).sum::<f64>();
+    let mut second = higher.get(k..).unwrap_or_default();
+    for i in 0..k {
+        for (c, v) in second.iter().zip(&u[i..]) {
+            value += c * v * u[i];
+        }
+        second = second.get(k - i..).unwrap_or_default();
+    }
+    value
 }
