@@ -66,8 +66,6 @@ pub(crate) struct Sheet<'a, const D: usize> {
     /// The tree's point at which it starts.
     pub seed: u32,
     start: Option<Start<D>>,
-    /// The places kept, among how many, when it last grew beyond its usual start.
-    grown: (Vec<u32>, usize),
 }
 
 impl<'a, const D: usize> Sheet<'a, D> {
@@ -77,7 +75,6 @@ impl<'a, const D: usize> Sheet<'a, D> {
             monomials,
             seed,
             start: None,
-            grown: (Vec::new(), usize::MAX),
         }
     }
 
@@ -98,20 +95,11 @@ impl<'a, const D: usize> Sheet<'a, D> {
                 None => first_plane(self.tree, self.monomials.variables, &workspace.found)?,
             };
             workspace.place(self.tree, &origin, &frame);
-            if self.grown.1 < found {
-                workspace.kept.clone_from(&self.grown.0);
-                workspace.fit_model(self.monomials)?;
-                workspace.grow(self.monomials, self.grown.1, wanted)?;
-            } else {
-                workspace.kept.clone_from(&members);
-                workspace.set_plane(self.monomials.variables);
-                workspace.grow(self.monomials, members.len(), wanted)?;
-            }
-            if members.len() <= FIRST_POINTS && FIRST_POINTS < found {
+            workspace.kept.clone_from(&members);
+            if members.len() <= FIRST_POINTS && FIRST_POINTS <= found {
                 self.start = Some((members, frame));
-                self.grown.0.clone_from(&workspace.kept);
-                self.grown.1 = found;
             }
+            workspace.grow(self.monomials, wanted)?;
             let complete = workspace.kept.len() >= wanted || found < reach;
             if complete || reach >= 6 * wanted {
                 let kept = workspace.kept.iter();
@@ -134,11 +122,13 @@ impl<const D: usize> Workspace<D> {
             .extend(found.map(|n| frame.tr_mul(&(point(n) - origin))));
     }
 
-    /// Grows the kept points, which are among the first `size`, within those found, to `wanted` at most.
-    fn grow(&mut self, monomials: &Monomials, mut size: usize, wanted: usize) -> Option<()> {
+    /// Grows the kept points within those found, to `wanted` at most.
+    fn grow(&mut self, monomials: &Monomials, wanted: usize) -> Option<()> {
         let k = monomials.variables;
         let spacing = spacing(&self.found, k);
         let all = self.found.len();
+        let mut size = self.kept.len();
+        self.set_plane(k);
         loop {
             size = (size + size / 2 + 1).min(all);
             if self.spread(k, size) <= GAP_SPACINGS * spacing && self.heights.len() == all {
