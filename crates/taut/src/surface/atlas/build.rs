@@ -11,6 +11,7 @@ use crate::surface::atlas::links::median;
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::NOISY;
+use crate::surface::atlas::sheets::Workspace;
 use crate::surface::atlas::{Atlas, Lists, links, scale};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
@@ -45,7 +46,10 @@ impl<const D: usize> Atlas<D> {
         let mut built: Vec<Built<D>> = tree
             .leaves()
             .into_par_iter()
-            .flat_map_iter(|leaf| cell(&tree, &monomials, leaf))
+            .map_init(Workspace::default, |workspace, leaf| {
+                cell(&tree, &monomials, leaf, workspace)
+            })
+            .flatten_iter()
             .collect();
         if built.is_empty() {
             return Err(Error::NoTangentPlane {
@@ -102,10 +106,10 @@ fn cell<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
     leaf: std::ops::Range<usize>,
+    workspace: &mut Workspace<D>,
 ) -> Vec<Built<D>> {
     let mut left: Vec<u32> = leaf.map(|i| i as u32).collect();
     let mut built = Vec::new();
-    let mut found = Vec::new();
     while !left.is_empty() {
         let mean = left.iter().fold(Vector::<D>::zeros(), |sum, i| {
             sum + tree.points[*i as usize]
@@ -118,7 +122,7 @@ fn cell<const D: usize>(
         else {
             break;
         };
-        let fitted = scale::fit(tree, monomials, seed, &mut found);
+        let fitted = scale::fit(tree, monomials, seed, workspace);
         let Some((mut chart, members)) = fitted.filter(|(_, members)| members.contains(&seed))
         else {
             // An outlier, or no surface here: adopted by a chart later.

@@ -67,6 +67,27 @@ impl<const D: usize> Chart<D> {
         }
     }
 
+    /// Secant of the angle between the surface at `x` and the chart's plane, of the steepest normal.
+    pub fn steepness(&self, monomials: &Monomials, x: &Vector<D>) -> f64 {
+        let k = monomials.variables;
+        let m = D - k;
+        let local = self.frame.tr_mul(&(x - self.origin));
+        let mut u = [0.0; D];
+        for j in 0..k {
+            u[j] = local[m + j] / self.scale;
+        }
+        let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
+        let count = self.coefficients.len() / m;
+        let mut steepest = 0.0_f64;
+        for c in self.coefficients.chunks(count) {
+            let hessian = &mut hessian.as_flattened_mut()[..k * k];
+            monomials.evaluate(c, &u[..k], &mut gradient[..k], hessian);
+            let squared: f64 = gradient.iter().map(|g| g * g).sum();
+            steepest = steepest.max(squared / (self.scale * self.scale));
+        }
+        (1.0 + steepest).sqrt()
+    }
+
     /// Values, gradients and, if asked for, Hessians of the m equations at `x`.
     pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, hessians: bool, out: &mut ChartJet<D>) {
         let k = monomials.variables;

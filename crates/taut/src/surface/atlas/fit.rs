@@ -3,18 +3,58 @@
 //! With the normal matrix V'WV = L L' of the highest degree (kept as its transpose, by rows), the rows z = L^-1 v are the monomials made
 //! orthonormal over the samples in order of degree: every lower degree is a leading part of the same
 //! factor, and predictions, leverages and leave-one-out residuals of all degrees are partial sums.
+//! All that has an entry for each sample is kept in columns, so that loops run over samples.
 
+use crate::Vector;
 use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
 
 /// Heights over scaled tangent coordinates, ready to be fitted.
 #[derive(Default)]
 pub(crate) struct Samples {
-    /// Row-major tangent coordinates, k a sample, of size about 1.
+    /// k columns of tangent coordinates, of size about 1.
     pub coordinates: Vec<f64>,
-    /// Row-major heights, m a sample.
+    /// m columns of heights.
     pub heights: Vec<f64>,
     /// Weights.
     pub weights: Vec<f64>,
+}
+
+impl Samples {
+    /// Takes points in a frame, m heights and then tangent coordinates, weighted towards the origin;
+    /// returns the scale by which it divides the coordinates.
+    pub fn set<const D: usize>(
+        &mut self,
+        m: usize,
+        points: impl ExactSizeIterator<Item = Vector<D>>,
+    ) -> f64 {
+        let rows = points.len();
+        self.heights.resize(m * rows, 0.0);
+        self.coordinates.resize((D - m) * rows, 0.0);
+        for (i, point) in points.enumerate() {
+            for a in 0..m {
+                self.heights[a * rows + i] = point[a];
+            }
+            for j in m..D {
+                self.coordinates[(j - m) * rows + i] = point[j];
+            }
+        }
+        self.weights.clear();
+        self.weights.resize(rows, 0.0);
+        for column in self.coordinates.chunks(rows.max(1)) {
+            for (sum, u) in self.weights.iter_mut().zip(column) {
+                *sum += u * u;
+            }
+        }
+        let farthest = self.weights.iter().copied().fold(0.0, f64::max);
+        let scale = farthest.sqrt().max(f64::MIN_POSITIVE);
+        for value in &mut self.coordinates {
+            *value /= scale;
+        }
+        for weight in &mut self.weights {
+            *weight = (1.0 - 0.9 * *weight / (scale * scale)).powi(2);
+        }
+        scale
+    }
 }
 
 /// How well one degree fits.
@@ -26,19 +66,25 @@ pub(crate) struct Quality {
     pub sigma: f64,
 }
 
-/// The factored least-squares problem.
-pub(crate) struct Factored {
-    /// Number of coefficients of the highest degree that the samples determine.
+/// A factored least-squares problem; its memory serves the next one.
+#[derive(Default)]
+pub(crate) struct LeastSquares {
+    rows: usize,
+    /// Number of coefficients of the highest degree that the samples might determine.
     count: usize,
-    /// Degree of that many coefficients.
-    pub degree: usize,
-    heights: usize,
+    /// Degree of those that they do determine.
+    degree: usize,
     /// L', row-major upper triangle, stride `count`.
     triangle: Vec<f64>,
     /// L^-1 V'Wh, `count` for each height.
     projected: Vec<f64>,
-    /// Row-major z, `count` a sample.
-    orthonormal: Vec<f64>,
+    /// A column for each monomial v, ...
+    columns: Vec<f64>,
+    /// ... made orthonormal to z when first needed.
+    orthonormal: bool,
+    /// A column of intermediate values.
+    weighted: Vec<f64>,
+    residuals: Vec<f64>,
 }
 
 /// Samples whose residual is compared with a neighbour's.
@@ -47,74 +93,59 @@ const PROBED: usize = 64;
 /// A pivot below this share of the largest means that the samples do not determine the coefficient.
 const SMALLEST_PIVOT: f64 = 1e-9;
 
-impl Factored {
-    /// Factors up to `highest` degree; `None` where the samples do not even determine a constant and
-    /// slopes. With coordinates of size 1 the condition leaves ten digits. O(n c^2).
-    pub fn new(monomials: &Monomials, highest: usize, samples: &Samples) -> Option<Self> {
+impl LeastSquares {
+    /// Factors up to `highest` degree and returns the degree reached; `None` where the samples do not
+    /// even determine a constant and slopes. With coordinates of size 1 the condition leaves ten
+    /// digits. O(n c^2).
+    pub fn factor(
+        &mut self,
+        monomials: &Monomials,
+        highest: usize,
+        samples: &Samples,
+    ) -> Option<usize> {
         let rows = samples.weights.len();
-        let heights = samples.heights.len() / rows.max(1);
         let wanted = (1..=highest.min(HIGHEST_DEGREE))
             .rev()
             .find(|degree| monomials.count(*degree) < rows)?;
         let count = monomials.count(wanted);
-        let mut orthonormal = vec![0.0; rows * count];
-        let mut triangle = vec![0.0; count * count];
-        let mut projected = vec![0.0; heights * count];
-        let k = monomials.variables;
-        for (i, v) in orthonormal.chunks_mut(count).enumerate() {
-            monomials.values(&samples.coordinates[i * k..(i + 1) * k], v);
-            let weight = samples.weights[i];
-            for a in 0..count {
-                let scaled = weight * v[a];
-                add(
-                    &mut triangle[a * count + a..(a + 1) * count],
-                    scaled,
-                    &v[a..],
-                );
-                for j in 0..heights {
-                    projected[j * count + a] += scaled * samples.heights[i * heights + j];
-                }
+        (self.rows, self.count, self.orthonormal) = (rows, count, false);
+        monomials.columns(&samples.coordinates, rows, count, &mut self.columns);
+        let heights = samples.heights.len() / rows;
+        self.triangle.clear();
+        self.triangle.resize(count * count, 0.0);
+        self.projected.clear();
+        self.projected.resize(heights * count, 0.0);
+        self.weighted.resize(rows, 0.0);
+        for a in 0..count {
+            let column = &self.columns[a * rows..(a + 1) * rows];
+            for ((product, v), weight) in self.weighted.iter_mut().zip(column).zip(&samples.weights)
+            {
+                *product = v * weight;
+            }
+            let right = self.columns[a * rows..].chunks_exact(rows);
+            let row = &mut self.triangle[a * count + a..(a + 1) * count];
+            for (entry, column) in row.iter_mut().zip(right) {
+                *entry = dot(&self.weighted, column);
+            }
+            for (j, height) in samples.heights.chunks_exact(rows).enumerate() {
+                self.projected[j * count + a] = dot(&self.weighted, height);
             }
         }
-        let determined = cholesky(&mut triangle, count);
-        let degree = (1..=wanted)
+        let determined = cholesky(&mut self.triangle, count);
+        self.degree = (1..=wanted)
             .rev()
             .find(|d| monomials.count(*d) <= determined)?;
-        let mut factored = Self {
-            count,
-            degree,
-            heights,
-            triangle,
-            projected: Vec::new(),
-            orthonormal: Vec::new(),
-        };
-        let used = monomials.count(degree);
-        for row in projected
-            .chunks_mut(count)
-            .chain(orthonormal.chunks_mut(count))
-        {
-            factored.forward(&mut row[..used]);
+        let used = monomials.count(self.degree);
+        for row in self.projected.chunks_mut(count) {
+            forward(&self.triangle, count, &mut row[..used]);
         }
-        factored.projected = projected;
-        factored.orthonormal = orthonormal;
-        Some(factored)
+        Some(self.degree)
     }
 
-    /// Solves L y = x in place for the leading part of length x.len().
-    fn forward(&self, x: &mut [f64]) {
-        let used = x.len();
-        for j in 0..used {
-            let row = &self.triangle[j * self.count..j * self.count + used];
-            let (done, rest) = x.split_at_mut(j + 1);
-            done[j] /= row[j];
-            add(rest, -done[j], &row[j + 1..]);
-        }
-    }
-
-    /// The coefficients of a degree up to [`degree`](Self::degree), one row per height.
-    pub fn coefficients(&self, monomials: &Monomials, degree: usize) -> Vec<f64> {
+    /// The coefficients of a degree up to the one reached, one row per height.
+    pub fn coefficients(&self, monomials: &Monomials, degree: usize, coefficients: &mut Vec<f64>) {
         let used = monomials.count(degree);
-        let mut coefficients = Vec::with_capacity(self.heights * used);
+        coefficients.clear();
         for projected in self.projected.chunks(self.count) {
             let start = coefficients.len();
             coefficients.extend_from_slice(&projected[..used]);
@@ -127,67 +158,96 @@ impl Factored {
                 x[i] = sum / self.triangle[i * self.count + i];
             }
         }
-        coefficients
     }
 
-    /// The quality of fit of degrees 1, 2, ... up to [`degree`](Self::degree).
-    pub fn qualities(&self, monomials: &Monomials, samples: &Samples) -> Vec<Quality> {
+    /// Solves L z = v for every sample.
+    fn orthonormalise(&mut self, used: usize) {
+        if self.orthonormal {
+            return;
+        }
+        self.orthonormal = true;
+        for a in 0..used {
+            let (done, rest) = self.columns.split_at_mut(a * self.rows);
+            let column = &mut rest[..self.rows];
+            for (b, z) in done.chunks_exact(self.rows).enumerate() {
+                add(column, -self.triangle[b * self.count + a], z);
+            }
+            let inverse = self.triangle[a * self.count + a].recip();
+            for value in column {
+                *value *= inverse;
+            }
+        }
+    }
+
+    /// The quality of fit of degrees 1, 2, ... up to the one reached; the others' is unspecified.
+    pub fn qualities(
+        &mut self,
+        monomials: &Monomials,
+        samples: &Samples,
+    ) -> [Quality; HIGHEST_DEGREE] {
+        self.orthonormalise(monomials.count(self.degree));
+        let rows = self.rows;
         let mut sums = [Sums::default(); HIGHEST_DEGREE];
-        for (i, z) in self.orthonormal.chunks(self.count).enumerate() {
-            let weight = samples.weights[i];
-            for j in 0..self.heights {
-                let projected = &self.projected[j * self.count..];
-                let height = samples.heights[i * self.heights + j];
-                let (mut leverage, mut prediction, mut term) = (0.0, 0.0, 0);
-                for degree in 0..=self.degree {
-                    while term < monomials.count(degree) {
-                        leverage += weight * z[term] * z[term];
-                        prediction += z[term] * projected[term];
-                        term += 1;
-                    }
-                    if degree > 0 {
-                        sums[degree - 1].add(weight, height - prediction, leverage);
+        let leverages = &mut self.weighted;
+        leverages.fill(0.0);
+        self.residuals.clear();
+        self.residuals.extend_from_slice(&samples.heights);
+        let mut term = 0;
+        for degree in 0..=self.degree {
+            while term < monomials.count(degree) {
+                let column = &self.columns[term * rows..(term + 1) * rows];
+                for (leverage, z) in leverages.iter_mut().zip(column) {
+                    *leverage += z * z;
+                }
+                for (j, residuals) in self.residuals.chunks_exact_mut(rows).enumerate() {
+                    add(residuals, -self.projected[j * self.count + term], column);
+                }
+                term += 1;
+            }
+            if degree > 0 {
+                for residuals in self.residuals.chunks_exact(rows) {
+                    for ((residual, leverage), weight) in
+                        residuals.iter().zip(&*leverages).zip(&samples.weights)
+                    {
+                        sums[degree - 1].add(*weight, *residual, weight * leverage);
                     }
                 }
             }
         }
-        sums[..self.degree].iter().map(Sums::quality).collect()
+        sums.map(|sum| sum.quality())
     }
 
     /// Correlation of each sample's residual with its nearest neighbour's: near 0 for noise, near 1
     /// where the polynomial does not follow the surface. Over some [`PROBED`] of the samples: O(n).
-    pub fn misfit(&self, monomials: &Monomials, degree: usize, samples: &Samples) -> f64 {
-        let used = monomials.count(degree);
-        let k = monomials.variables;
-        let mut residuals = samples.heights.clone();
-        for (i, z) in self.orthonormal.chunks(self.count).enumerate() {
-            for (j, projected) in self.projected.chunks(self.count).enumerate() {
-                let prediction: f64 = z[..used]
-                    .iter()
-                    .zip(&projected[..used])
-                    .map(|(z, y)| z * y)
-                    .sum();
-                residuals[i * self.heights + j] -= prediction;
+    pub fn misfit(&mut self, monomials: &Monomials, degree: usize, samples: &Samples) -> f64 {
+        self.orthonormalise(monomials.count(self.degree));
+        let rows = self.rows;
+        self.residuals.clear();
+        self.residuals.extend_from_slice(&samples.heights);
+        for (j, residuals) in self.residuals.chunks_exact_mut(rows).enumerate() {
+            let projected = &self.projected[j * self.count..];
+            let columns = self.columns.chunks_exact(rows);
+            for (y, column) in projected[..monomials.count(degree)].iter().zip(columns) {
+                add(residuals, -y, column);
             }
         }
         let product = |a: usize, b: usize| -> f64 {
-            let of = |i: usize| &residuals[i * self.heights..(i + 1) * self.heights];
-            of(a).iter().zip(of(b)).map(|(x, y)| x * y).sum()
+            let columns = self.residuals.chunks_exact(rows);
+            columns.map(|column| column[a] * column[b]).sum()
         };
-        let rows = samples.weights.len();
         let (mut together, mut alone) = (0.0, 0.0);
         for i in (0..rows).step_by(rows.div_ceil(PROBED)) {
-            let here = &samples.coordinates[i * k..(i + 1) * k];
-            let (mut nearest, mut least) = (i, f64::INFINITY);
-            for (j, there) in samples.coordinates.chunks_exact(k).enumerate() {
-                let mut squared = 0.0;
-                for a in 0..k {
-                    squared += (here[a] - there[a]) * (here[a] - there[a]);
-                }
-                if squared < least && j != i {
-                    (nearest, least) = (j, squared);
+            let squared = &mut self.weighted;
+            squared.fill(0.0);
+            for column in samples.coordinates.chunks_exact(rows) {
+                let here = column[i];
+                for (sum, there) in squared.iter_mut().zip(column) {
+                    *sum += (here - there) * (here - there);
                 }
             }
+            squared[i] = f64::INFINITY;
+            let least = least(squared);
+            let nearest = squared.iter().position(|s| *s == least).unwrap_or(i);
             together += product(i, nearest);
             alone += 0.5 * (product(i, i) + product(nearest, nearest));
         }
@@ -198,8 +258,19 @@ impl Factored {
     pub fn variance_at_origin(&self, monomials: &Monomials, degree: usize) -> f64 {
         let mut unit = vec![0.0; monomials.count(degree)];
         unit[0] = 1.0;
-        self.forward(&mut unit);
+        forward(&self.triangle, self.count, &mut unit);
         unit.iter().map(|v| v * v).sum()
+    }
+}
+
+/// Solves L y = x in place for the leading part of length x.len(), given L' by rows.
+fn forward(triangle: &[f64], stride: usize, x: &mut [f64]) {
+    let used = x.len();
+    for j in 0..used {
+        let row = &triangle[j * stride..j * stride + used];
+        let (done, rest) = x.split_at_mut(j + 1);
+        done[j] /= row[j];
+        add(rest, -done[j], &row[j + 1..]);
     }
 }
 
@@ -227,6 +298,37 @@ impl Sums {
             sigma: (self.squares / freedom).sqrt(),
         }
     }
+}
+
+/// The scalar product, in four sums side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (a, rest_a) = a.as_chunks::<4>();
+    let (b, rest_b) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
+/// The least value, by eight side by side.
+fn least(values: &[f64]) -> f64 {
+    let smaller = |a: f64, b: f64| if b < a { b } else { a };
+    let (chunks, rest) = values.as_chunks::<8>();
+    let mut least = [f64::INFINITY; 8];
+    for chunk in chunks {
+        for lane in 0..8 {
+            least[lane] = smaller(least[lane], chunk[lane]);
+        }
+    }
+    least
+        .iter()
+        .chain(rest)
+        .copied()
+        .fold(f64::INFINITY, smaller)
 }
 
 /// target += factor * values.
@@ -263,29 +365,31 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     fn samples(rows: usize) -> Samples {
-        let mut samples = Samples::default();
-        for i in 0..rows {
-            let (x, y) = ((1.7 * i as f64).sin(), (2.3 * i as f64 + 0.4).cos());
-            samples.coordinates.extend([x, y]);
-            samples.heights.push((x + 0.5 * y).exp());
-            samples.weights.push(1.0 - 0.5 * (x * x + y * y) / 2.0);
+        let x: Vec<f64> = (0..rows).map(|i| (1.7 * i as f64).sin()).collect();
+        let y: Vec<f64> = (0..rows).map(|i| (2.3 * i as f64 + 0.4).cos()).collect();
+        let both = || x.iter().zip(&y);
+        Samples {
+            heights: both().map(|(x, y)| (x + 0.5 * y).exp()).collect(),
+            weights: both().map(|(x, y)| 1.0 - 0.25 * (x * x + y * y)).collect(),
+            coordinates: [x.as_slice(), &y].concat(),
         }
-        samples
     }
 
     #[test]
     fn agrees_with_dense_least_squares_and_true_leave_one_out() {
         let monomials = Monomials::new(2);
         let samples = samples(40);
-        let factored = Factored::new(&monomials, 4, &samples).expect("regular");
+        let mut fit = LeastSquares::default();
+        assert_eq!(fit.factor(&monomials, 4, &samples), Some(4));
         for degree in 1..=4 {
             let count = monomials.count(degree);
+            let at = |i: usize| [samples.coordinates[i], samples.coordinates[40 + i]];
             let solve = |skip: usize| {
                 let mut design = DMatrix::zeros(40, count);
                 let mut right = DVector::zeros(40);
                 for i in (0..40).filter(|i| *i != skip) {
-                    let mut row = vec![0.0; count];
-                    monomials.values(&samples.coordinates[2 * i..2 * i + 2], &mut row);
+                    let mut row = Vec::new();
+                    monomials.columns(&at(i), 1, count, &mut row);
                     let root = samples.weights[i].sqrt();
                     for j in 0..count {
                         design[(i, j)] = root * row[j];
@@ -295,19 +399,21 @@ mod tests {
                 design.svd(true, true).solve(&right, 1e-14).expect("solved")
             };
             let full = solve(usize::MAX);
-            let coefficients = factored.coefficients(&monomials, degree);
+            let mut coefficients = Vec::new();
+            fit.coefficients(&monomials, degree, &mut coefficients);
+            assert_eq!(coefficients.len(), count);
             for (a, b) in coefficients.iter().zip(full.iter()) {
                 assert!((a - b).abs() < 1e-9, "degree {degree}: {a} {b}");
             }
             let (mut sum, mut total) = (0.0, 0.0);
             for i in 0..40 {
-                let mut row = vec![0.0; count];
-                monomials.values(&samples.coordinates[2 * i..2 * i + 2], &mut row);
+                let mut row = Vec::new();
+                monomials.columns(&at(i), 1, count, &mut row);
                 let prediction: f64 = row.iter().zip(solve(i).iter()).map(|(r, c)| r * c).sum();
                 sum += samples.weights[i] * (samples.heights[i] - prediction).powi(2);
                 total += samples.weights[i];
             }
-            let quality = factored.qualities(&monomials, &samples)[degree - 1];
+            let quality = fit.qualities(&monomials, &samples)[degree - 1];
             let truth = f64::sqrt(sum / total);
             assert!(
                 (quality.leave_one_out / truth - 1.0).abs() < 1e-6,
@@ -320,22 +426,25 @@ mod tests {
     fn misfit_tells_noise_from_a_surface_not_followed() {
         let monomials = Monomials::new(2);
         let mut samples = samples(60);
-        let smooth = Factored::new(&monomials, 2, &samples).expect("regular");
-        assert!(smooth.misfit(&monomials, 1, &samples) > 0.5);
+        let mut fit = LeastSquares::default();
+        assert_eq!(fit.factor(&monomials, 2, &samples), Some(2));
+        assert!(fit.misfit(&monomials, 1, &samples) > 0.5);
         for (i, height) in samples.heights.iter_mut().enumerate() {
             *height = (12.9898 * (i + 1) as f64).sin() * 43758.5453 % 1.0;
         }
-        let noisy = Factored::new(&monomials, 2, &samples).expect("regular");
-        assert!(noisy.misfit(&monomials, 2, &samples) < 0.3);
+        assert_eq!(fit.factor(&monomials, 2, &samples), Some(2));
+        assert!(fit.misfit(&monomials, 2, &samples) < 0.3);
     }
 
     #[test]
     fn samples_on_a_line_determine_no_plane() {
         let monomials = Monomials::new(2);
         let mut samples = samples(30);
-        for pair in samples.coordinates.chunks_mut(2) {
-            pair[1] = 0.5 * pair[0];
+        let (x, y) = samples.coordinates.split_at_mut(30);
+        for (x, y) in x.iter().zip(y) {
+            *y = 0.5 * x;
         }
-        assert!(Factored::new(&monomials, 4, &samples).is_none());
+        let mut fit = LeastSquares::default();
+        assert_eq!(fit.factor(&monomials, 4, &samples), None);
     }
 }

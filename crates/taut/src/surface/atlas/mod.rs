@@ -15,6 +15,8 @@ pub(crate) mod rim;
 mod scale;
 pub(crate) mod sheets;
 
+use rayon::prelude::*;
+
 use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::geodesics::Geodesics;
@@ -377,6 +379,7 @@ impl<const D: usize> Geodesics<D, Atlas<D>> {
             })
             .collect();
         let lists: Vec<Vec<u32>> = (0..atlas.neighbours.len() as u32)
+            .into_par_iter()
             .map(|i| {
                 let list = atlas.neighbours.of(i).iter().copied();
                 list.filter(|j| atlas.within_extent(i, *j)).collect()

@@ -1,5 +1,7 @@
 //! Polynomials in k variables up to a total degree: monomials, values, gradients, Hessians.
 
+use std::collections::HashMap;
+
 /// The monomials of k variables up to a degree, by ascending total degree.
 #[derive(Clone, Debug)]
 pub(crate) struct Monomials {
@@ -7,6 +9,8 @@ pub(crate) struct Monomials {
     pub variables: usize,
     /// Row-major exponents, k a monomial.
     exponents: Vec<u8>,
+    /// For each monomial but the first, an earlier one and the variable that it is the product of.
+    factors: Vec<(usize, usize)>,
     /// Number of monomials up to each degree.
     counts: Vec<usize>,
 }
@@ -23,9 +27,11 @@ impl Monomials {
             append(&mut exponents, &mut current, 0, degree as u8);
             counts.push(exponents.len() / variables);
         }
+        let factors = factors(&exponents, variables);
         Self {
             variables,
             exponents,
+            factors,
             counts,
         }
     }
@@ -35,18 +41,17 @@ impl Monomials {
         self.counts[degree]
     }
 
-    /// The values of the first `out.len()` monomials at `u`.
-    pub fn values(&self, u: &[f64], out: &mut [f64]) {
-        if let [x, y] = *u {
-            values_two(x, y, out);
-            return;
-        }
-        for (exponents, value) in self.exponents.chunks(self.variables).zip(out) {
-            *value = exponents
-                .iter()
-                .zip(u)
-                .map(|(e, u)| (0..*e).fold(1.0, |power, _| power * u))
-                .product();
+    /// The values of the first `count` monomials at many points, in columns as the coordinates are.
+    pub fn columns(&self, coordinates: &[f64], rows: usize, count: usize, out: &mut Vec<f64>) {
+        out.resize(count * rows, 0.0);
+        out[..rows].fill(1.0);
+        for (i, (before, variable)) in (1..count).zip(&self.factors) {
+            let (done, rest) = out.split_at_mut(i * rows);
+            let before = &done[before * rows..(before + 1) * rows];
+            let u = &coordinates[variable * rows..(variable + 1) * rows];
+            for ((value, before), u) in rest[..rows].iter_mut().zip(before).zip(u) {
+                *value = before * u;
+            }
         }
     }
 
@@ -113,19 +118,19 @@ fn append(exponents: &mut Vec<u8>, current: &mut [u8], variable: usize, left: u8
     current[variable] = 0;
 }
 
-/// The two-variable case: x^d, x^(d-1) y, ..., y^d by multiplication from the degree before.
-fn values_two(x: f64, y: f64, out: &mut [f64]) {
-    out[0] = 1.0;
-    let (mut degree, mut start) = (1, 1);
-    while start < out.len() {
-        let before = start - degree;
-        for i in 0..degree {
-            out[start + i] = out[before + i] * x;
+/// See [`Monomials::factors`].
+fn factors(exponents: &[u8], variables: usize) -> Vec<(usize, usize)> {
+    let mut places = HashMap::new();
+    let mut factors = Vec::new();
+    for (exponent, i) in exponents.chunks(variables).zip(0..) {
+        if let Some(variable) = exponent.iter().position(|e| *e > 0) {
+            let mut lower = exponent.to_vec();
+            lower[variable] -= 1;
+            factors.extend(places.get(lower.as_slice()).map(|place| (*place, variable)));
         }
-        out[start + degree] = out[start - 1] * y;
-        start += degree + 1;
-        degree += 1;
+        places.insert(exponent, i);
     }
+    factors
 }
 
 /// The two-variable case, by powers: the atlas of a surface in space spends its time here.
@@ -196,8 +201,8 @@ mod tests {
             let (mut g3, mut h3) = ([0.0; 3], [0.0; 9]);
             let v2 = two.evaluate(&coefficients, &u, &mut g2, &mut h2);
             let v3 = three.evaluate(&embedded, &u, &mut g3, &mut h3);
-            let mut monomials = vec![0.0; coefficients.len()];
-            two.values(&u, &mut monomials);
+            let mut monomials = Vec::new();
+            two.columns(&u[..2], 1, coefficients.len(), &mut monomials);
             let direct: f64 = monomials
                 .iter()
                 .zip(&coefficients)

@@ -78,16 +78,24 @@ impl<const D: usize> Rim<D> {
                     .of(i as u32)
                     .iter()
                     .map(|j| own[*j as usize].as_slice());
-                let near: Vec<&[u32]> = lists.collect();
+                let near = lists.flatten();
+                let flat: Vec<Flat> = near
+                    .map(|p| flat(&charts[i], &points[*p as usize]))
+                    .collect();
                 // A chart at the rim has points on one side only, which makes them seem sparser.
                 let spacings = neighbours
                     .of(i as u32)
                     .iter()
                     .map(|j| charts[*j as usize].spacing);
                 let spacing = spacings.fold(f64::INFINITY, f64::min);
-                let discs = own[i].iter();
-                let discs = discs.filter_map(|p| disc(&charts[i], *p, &near, points, directions));
-                discs.map(|disc| Disc { spacing, ..disc }).collect()
+                // The chart itself is the first of its neighbours.
+                let own = (0..own[i].len()).zip(&own[i]);
+                let open = own.filter(|(place, _)| !enclosed(&charts[i], *place, &flat));
+                let discs = open.filter_map(|(place, p)| {
+                    let (x, y) = free_side(&charts[i], place, &flat, directions)?;
+                    Some(disc(&charts[i], &points[*p as usize], x, y, spacing))
+                });
+                discs.collect()
             })
             .collect();
         let whole = chains(&lists, neighbours);
@@ -146,24 +154,49 @@ fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec
     sizes
 }
 
-/// The disc amid the empty directions at a point, if there is one.
-fn disc<const D: usize>(
-    chart: &Chart<D>,
-    point: u32,
-    near: &[&[u32]],
-    points: &[Vector<D>],
-    mut free: [(f64, f64, bool); DIRECTIONS],
-) -> Option<Disc<D>> {
-    let m = D - 2;
-    let radius = DISC_SPACINGS * chart.spacing;
-    let origin = points[point as usize];
-    let mut left = DIRECTIONS;
-    for other in near.iter().flat_map(|list| list.iter()) {
-        let offset = points[*other as usize] - origin;
-        let u = offset.dot(&chart.frame.column(m));
-        let v = offset.dot(&chart.frame.column(m + 1));
+/// A point in a chart's tangent plane.
+type Flat = (f64, f64);
+
+fn flat<const D: usize>(chart: &Chart<D>, point: &Vector<D>) -> Flat {
+    let offset = point - chart.origin;
+    let along = |column: usize| offset.dot(&chart.frame.column(column));
+    (along(D - 2), along(D - 1))
+}
+
+/// Whether there is a point near in each eighth of the plane round a point, which leaves no room for a
+/// disc: one within half a right angle of the direction of its centre and nearer than the chord.
+fn enclosed<const D: usize>(chart: &Chart<D>, place: usize, near: &[Flat]) -> bool {
+    let chord = 1.99 * (DISC_SPACINGS * chart.spacing).powi(2);
+    let origin = near[place];
+    let mut eighths = 0_u8;
+    for (x, y) in near {
+        let (u, v) = (x - origin.0, y - origin.1);
         let squared = u * u + v * v;
-        if *other == point || squared >= 4.0 * radius * radius {
+        // Whether a point is near is a toss-up, and costs less without a branch.
+        let near = u8::from(squared < chord) & u8::from(squared > 0.0);
+        let eighth = u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
+        eighths |= near << eighth;
+        if eighths == u8::MAX {
+            return true;
+        }
+    }
+    false
+}
+
+/// The unit direction amid those in which an empty disc touches a point, if there are any.
+fn free_side<const D: usize>(
+    chart: &Chart<D>,
+    place: usize,
+    near: &[Flat],
+    mut free: [(f64, f64, bool); DIRECTIONS],
+) -> Option<Flat> {
+    let radius = DISC_SPACINGS * chart.spacing;
+    let origin = near[place];
+    let mut left = DIRECTIONS;
+    for (i, (x, y)) in near.iter().enumerate() {
+        let (u, v) = (x - origin.0, y - origin.1);
+        let squared = u * u + v * v;
+        if i == place || squared >= 4.0 * radius * radius {
             continue;
         }
         for (x, y, empty) in &mut free {
@@ -181,17 +214,26 @@ fn disc<const D: usize>(
         .filter(|f| f.2)
         .fold((0.0, 0.0), |(x, y), f| (x + f.0, y + f.1));
     let norm = x.hypot(y);
-    if norm < 1e-9 {
-        // Empty all round: a lone point bounds nothing.
-        return None;
-    }
-    let outward = chart.frame.column(m) * (x / norm) + chart.frame.column(m + 1) * (y / norm);
-    Some(Disc {
-        centre: origin + outward * radius,
+    // Empty all round: a lone point bounds nothing.
+    (norm >= 1e-9).then(|| (x / norm, y / norm))
+}
+
+/// The disc that touches a point in a direction of the chart's plane.
+fn disc<const D: usize>(
+    chart: &Chart<D>,
+    point: &Vector<D>,
+    x: f64,
+    y: f64,
+    spacing: f64,
+) -> Disc<D> {
+    let radius = DISC_SPACINGS * chart.spacing;
+    let outward = chart.frame.column(D - 2) * x + chart.frame.column(D - 1) * y;
+    Disc {
+        centre: point + outward * radius,
         outward,
         radius,
-        spacing: chart.spacing,
-    })
+        spacing,
+    }
 }
 
 /// Unit directions, all marked as empty.

@@ -1,11 +1,10 @@
 //! The scale of a chart: how many points it is fitted to, and with which degree.
 
-use crate::spatial::tree::{Neighbour, Tree};
-use crate::surface::atlas::chart::{Chart, ChartJet};
-use crate::surface::atlas::fit::Factored;
+use crate::spatial::tree::Tree;
+use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::STEEPEST;
 use crate::surface::atlas::polynomial::Monomials;
-use crate::surface::atlas::sheets::{self, Neighbourhood};
+use crate::surface::atlas::sheets::{self, Neighbourhood, Sheet, Workspace};
 use crate::{Matrix, Vector};
 
 /// A fit whose scatter exceeds this many spacings is not clean: more points, or fewer, may serve.
@@ -37,21 +36,20 @@ pub(super) fn fit<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
     seed: u32,
-    found: &mut Vec<Neighbour>,
+    workspace: &mut Workspace<D>,
 ) -> Option<(Chart<D>, Vec<u32>)> {
     let usual = 3 * monomials.count(4) + 5;
+    let mut sheet = Sheet::new(tree, monomials, seed);
     let mut fit = |wanted: usize| {
-        let neighbourhood = sheets::grow(tree, monomials, seed, wanted, found)?;
-        let fitted = fit_chart(tree, monomials, seed, &neighbourhood)?;
+        let neighbourhood = sheet.grow(wanted, workspace)?;
+        let fitted = fit_chart(&sheet, &neighbourhood, workspace)?;
         Some((fitted, neighbourhood.members))
     };
-    let first = fit(usual);
     let clean = |f: &Fitted<D>| f.chart.residual <= NOISY * f.chart.spacing;
-    if let Some((fitted, members)) = &first
-        && clean(fitted)
-    {
-        return Some((fitted.chart.clone(), members.clone()));
-    }
+    let first = match fit(usual) {
+        Some((fitted, members)) if clean(&fitted) => return Some((fitted.chart, members)),
+        other => other,
+    };
     let residual = |f: &Option<(Fitted<D>, Vec<u32>)>| {
         f.as_ref()
             .map_or(f64::INFINITY, |(fitted, _)| fitted.chart.residual)
@@ -98,32 +96,37 @@ pub(super) fn fit<const D: usize>(
 struct Fitted<const D: usize> {
     chart: Chart<D>,
     sigma: f64,
-    /// See [`Factored::misfit`]; only looked at where the fit is not clean.
+    /// See [`LeastSquares::misfit`](crate::surface::atlas::fit::LeastSquares::misfit); only looked at where the fit is not clean.
     misfit: f64,
 }
 
 /// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
 fn fit_chart<const D: usize>(
-    tree: &Tree<D>,
-    monomials: &Monomials,
-    seed: u32,
+    sheet: &Sheet<D>,
     neighbourhood: &Neighbourhood<D>,
+    workspace: &mut Workspace<D>,
 ) -> Option<Fitted<D>> {
+    let monomials = sheet.monomials;
     let k = monomials.variables;
     let m = D - k;
+    let (samples, fit) = (&mut workspace.samples, &mut workspace.fit);
+    let points = &sheet.tree.points;
+    let members = neighbourhood.members.iter().map(|i| points[*i as usize]);
+    let rows = members.len();
     let mut frame = neighbourhood.frame;
-    let mut origin = tree.points[seed as usize];
-    let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
-    if let Some(rough) = Factored::new(monomials, 2, &samples) {
-        let coefficients = rough.coefficients(monomials, rough.degree);
+    let mut origin = points[sheet.seed as usize];
+    let mut coefficients = Vec::new();
+    let locals = members.clone().map(|x| frame.tr_mul(&(x - origin)));
+    let scale = samples.set(m, locals);
+    if let Some(degree) = fit.factor(monomials, 2, samples) {
+        fit.coefficients(monomials, degree, &mut coefficients);
         (origin, frame) = turned(&origin, &frame, &coefficients, scale, k);
     }
-    let (samples, scale) = sheets::samples(tree, &origin, &neighbourhood.members, &frame, k);
-    let factored = Factored::new(monomials, 4, &samples)?;
-    let qualities = factored.qualities(monomials, &samples);
-    let mut best = (1, *qualities.first()?);
-    let rows = neighbourhood.members.len();
-    for candidate in (1..).zip(qualities) {
+    let scale = samples.set(m, members.map(|x| frame.tr_mul(&(x - origin))));
+    let reached = fit.factor(monomials, 4, samples)?;
+    let qualities = fit.qualities(monomials, samples);
+    let mut best = (1, qualities[0]);
+    for candidate in (1..).zip(qualities).take(reached) {
         if POINTS_A_COEFFICIENT * monomials.count(candidate.0) <= rows
             && candidate.1.leave_one_out < DEGREE_GAIN * best.1.leave_one_out
         {
@@ -131,13 +134,13 @@ fn fit_chart<const D: usize>(
         }
     }
     let (degree, quality) = best;
-    let spacing = spread(scale, neighbourhood.members.len(), k);
+    let spacing = spread(scale, rows, k);
     let misfit = if quality.leave_one_out > NOISY * spacing {
-        factored.misfit(monomials, degree, &samples)
+        fit.misfit(monomials, degree, samples)
     } else {
         0.0
     };
-    let mut coefficients = factored.coefficients(monomials, degree);
+    fit.coefficients(monomials, degree, &mut coefficients);
     let count = monomials.count(degree);
     for a in 0..m {
         origin += frame.column(a) * std::mem::take(&mut coefficients[a * count]);
@@ -153,10 +156,7 @@ fn fit_chart<const D: usize>(
             spacing,
             residual: quality.leave_one_out,
             height_error: quality.leave_one_out
-                * factored
-                    .variance_at_origin(monomials, degree)
-                    .sqrt()
-                    .min(1.0),
+                * fit.variance_at_origin(monomials, degree).sqrt().min(1.0),
         },
         sigma: quality.sigma,
         misfit,
@@ -204,16 +204,10 @@ pub(super) fn steep_distance<const D: usize>(
     chart: &Chart<D>,
     members: &[u32],
 ) -> f64 {
-    let m = D - monomials.variables;
-    let mut jet = ChartJet::new();
-    let steep = members.iter().filter_map(|i| {
+    let away = members.iter().filter_map(|i| {
         let x = &tree.points[*i as usize];
-        chart.jet(monomials, x, false, &mut jet);
-        let steepest = jet.gradient[..m]
-            .iter()
-            .map(Vector::norm)
-            .fold(0.0, f64::max);
-        (steepest > STEEPEST).then(|| (x - chart.origin).norm())
+        let steep = chart.steepness(monomials, x) > STEEPEST;
+        steep.then(|| (x - chart.origin).norm())
     });
-    steep.fold(f64::INFINITY, f64::min)
+    away.fold(f64::INFINITY, f64::min)
 }

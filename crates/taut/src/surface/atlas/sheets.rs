@@ -5,8 +5,10 @@
 //! model fitted so far are sorted, and an empty interval well wider than the scatter on either side
 //! separates this sheet from the next. Noise fills such intervals, so a noisy sheet is kept whole.
 
+use std::ops::RangeInclusive;
+
 use crate::spatial::tree::{Neighbour, Tree};
-use crate::surface::atlas::fit::{Factored, Samples};
+use crate::surface::atlas::fit::{LeastSquares, Samples};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::{Matrix, Vector};
 
@@ -36,66 +38,170 @@ const SECTORS: usize = 8;
 /// ... and how many of them hold points where the plane is the sheet's.
 const SURROUNDED: usize = 6;
 
-/// Grows the sheet around the tree's point `seed` to `wanted` points; `None` where there is no
-/// tangent space (points on a line).
-pub(crate) fn grow<const D: usize>(
-    tree: &Tree<D>,
-    monomials: &Monomials,
-    seed: u32,
-    wanted: usize,
-    found: &mut Vec<Neighbour>,
-) -> Option<Neighbourhood<D>> {
-    let origin = tree.points[seed as usize];
-    let mut reach = wanted + wanted / 8 + 4;
-    loop {
-        tree.nearest(&origin, reach, found);
-        let neighbourhood = grow_within(tree, monomials, &origin, wanted, found)?;
-        let complete = neighbourhood.members.len() >= wanted || found.len() < reach;
-        if complete || reach >= 6 * wanted {
-            return Some(neighbourhood);
+/// Points of a search that its first plane looks at: more do not change it.
+const FIRST_POINTS: usize = 32;
+
+/// The memory of all that is computed for a chart, kept for the next one.
+#[derive(Default)]
+pub(crate) struct Workspace<const D: usize> {
+    found: Vec<Neighbour>,
+    /// The found points in the frame of the first plane.
+    local: Vec<Vector<D>>,
+    /// The sheet's points as places among those found.
+    kept: Vec<u32>,
+    heights: Vec<f64>,
+    sorted: Vec<f64>,
+    model: Model,
+    pub samples: Samples,
+    pub fit: LeastSquares,
+}
+
+/// Where a sheet starts: places of points among those found, and their frame.
+type Start<const D: usize> = (Vec<u32>, Matrix<D>);
+
+/// The sheet around a seed, at any size.
+pub(crate) struct Sheet<'a, const D: usize> {
+    pub tree: &'a Tree<D>,
+    pub monomials: &'a Monomials,
+    /// The tree's point at which it starts.
+    pub seed: u32,
+    start: Option<Start<D>>,
+}
+
+impl<'a, const D: usize> Sheet<'a, D> {
+    pub fn new(tree: &'a Tree<D>, monomials: &'a Monomials, seed: u32) -> Self {
+        Self {
+            tree,
+            monomials,
+            seed,
+            start: None,
         }
-        reach *= 2;
+    }
+
+    /// Grows it to `wanted` points; `None` where there is no tangent space (points on a line).
+    pub fn grow(
+        &mut self,
+        wanted: usize,
+        workspace: &mut Workspace<D>,
+    ) -> Option<Neighbourhood<D>> {
+        let origin = self.tree.points[self.seed as usize];
+        let mut reach = wanted + wanted / 8 + 4;
+        loop {
+            self.tree.nearest(&origin, reach, &mut workspace.found);
+            let found = workspace.found.len();
+            let known = self.start.clone().filter(|_| found >= FIRST_POINTS);
+            let (members, frame) = match known {
+                Some(start) => start,
+                None => first_plane(self.tree, self.monomials.variables, &workspace.found)?,
+            };
+            workspace.place(self.tree, &origin, &frame);
+            workspace.kept.clone_from(&members);
+            if members.len() <= FIRST_POINTS && FIRST_POINTS <= found {
+                self.start = Some((members, frame));
+            }
+            workspace.grow(self.monomials, wanted)?;
+            let complete = workspace.kept.len() >= wanted || found < reach;
+            if complete || reach >= 6 * wanted {
+                let kept = workspace.kept.iter();
+                return Some(Neighbourhood {
+                    members: kept.map(|i| workspace.found[*i as usize].index).collect(),
+                    frame,
+                });
+            }
+            reach *= 2;
+        }
     }
 }
 
-fn grow_within<const D: usize>(
-    tree: &Tree<D>,
-    monomials: &Monomials,
-    origin: &Vector<D>,
-    wanted: usize,
-    found: &[Neighbour],
-) -> Option<Neighbourhood<D>> {
-    let k = monomials.variables;
-    let point = |n: &Neighbour| tree.points[n.index as usize];
-    let spacing = spacing(found, k);
-    let (mut members, frame) = first_plane(tree, k, found)?;
-    let mut model = Model::plane(tree, &members, &frame, k);
-    let mut size = members.len();
-    loop {
-        size = (size + size / 2 + 1).min(found.len());
-        let mut heights: Vec<(f64, u32)> = found[..size]
-            .iter()
-            .map(|n| (model.height(monomials, origin, &frame, &point(n)), n.index))
-            .collect();
-        heights.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let kept = one_sheet(&heights, model.deviation, spacing);
-        let mut is_kept: Vec<u32> = kept.iter().map(|h| h.1).collect();
-        is_kept.sort_unstable();
-        members.clear();
-        members.extend(
-            found[..size]
-                .iter()
-                .map(|n| n.index)
-                .filter(|i| is_kept.binary_search(i).is_ok()),
-        );
-        members.truncate(wanted);
-        if members.len() <= k + 1 {
-            return None;
+impl<const D: usize> Workspace<D> {
+    fn place(&mut self, tree: &Tree<D>, origin: &Vector<D>, frame: &Matrix<D>) {
+        let point = |n: &Neighbour| tree.points[n.index as usize];
+        let found = self.found.iter();
+        self.local.clear();
+        self.local
+            .extend(found.map(|n| frame.tr_mul(&(point(n) - origin))));
+    }
+
+    /// Grows the kept points within those found, to `wanted` at most.
+    fn grow(&mut self, monomials: &Monomials, wanted: usize) -> Option<()> {
+        let k = monomials.variables;
+        let spacing = spacing(&self.found, k);
+        let all = self.found.len();
+        let mut size = self.kept.len();
+        self.set_plane(k);
+        loop {
+            size = (size + size / 2 + 1).min(all);
+            if self.spread(k, size) <= GAP_SPACINGS * spacing && self.heights.len() == all {
+                // No other sheet fits between the points, however many of them are looked at.
+                size = all;
+            }
+            let gap = (GAP_DEVIATIONS * self.model.deviation).max(GAP_SPACINGS * spacing);
+            let heights = &self.heights[..size];
+            let sheet = one_sheet(heights, gap, &mut self.sorted);
+            self.kept.clear();
+            let kept = (0..size as u32).filter(|i| sheet.contains(&heights[*i as usize]));
+            self.kept.extend(kept.take(wanted));
+            if self.kept.len() <= k + 1 {
+                return None;
+            }
+            if size == all || self.kept.len() >= wanted {
+                return Some(());
+            }
+            self.fit_model(monomials)?;
         }
-        model = Model::fit(tree, monomials, origin, &members, &frame)?;
-        if size == found.len() || members.len() >= wanted {
-            return Some(Neighbourhood { members, frame });
+    }
+
+    /// The heights over the model of the first `size` found, and of those after while they keep within
+    /// one sheet for certain; the spread of all those.
+    fn spread(&mut self, k: usize, size: usize) -> f64 {
+        let wide = GAP_SPACINGS * spacing(&self.found, k);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        self.heights.clear();
+        for (i, local) in self.local.iter().enumerate() {
+            if i >= size && high - low > wide {
+                break;
+            }
+            let height = self.model.height(k, local);
+            (low, high) = (low.min(height), high.max(height));
+            self.heights.push(height);
         }
+        high - low
+    }
+
+    /// The plane at the mean height of the kept points.
+    fn set_plane(&mut self, k: usize) {
+        let m = D - k;
+        let kept = || self.kept.iter().map(|i| &self.local[*i as usize]);
+        let sum = kept().fold(Vector::<D>::zeros(), |sum, local| sum + local);
+        let mean = sum / self.kept.len() as f64;
+        self.model.scale = 1.0;
+        self.model.coefficients.clear();
+        self.model.coefficients.extend(mean.iter().take(m));
+        let deviations = kept().map(|local| {
+            let squares = (0..m).map(|a| (local[a] - mean[a]).powi(2));
+            squares.sum::<f64>().sqrt()
+        });
+        self.model.deviation = scatter(deviations, &mut self.sorted);
+    }
+
+    /// Fits the kept points: a plane while few, then a quadric, over the frame's tangent plane.
+    fn fit_model(&mut self, monomials: &Monomials) -> Option<()> {
+        let k = monomials.variables;
+        let degree = if self.kept.len() >= 2 * monomials.count(2) {
+            2
+        } else {
+            1
+        };
+        let kept = self.kept.iter().map(|i| self.local[*i as usize]);
+        self.model.scale = self.samples.set(D - k, kept);
+        let degree = self.fit.factor(monomials, degree, &self.samples)?;
+        self.fit
+            .coefficients(monomials, degree, &mut self.model.coefficients);
+        let model = &self.model;
+        let kept = self.kept.iter().map(|i| &self.local[*i as usize]);
+        let residuals = kept.map(|local| model.height(k, local).abs());
+        self.model.deviation = scatter(residuals, &mut self.sorted);
+        Some(())
     }
 }
 
@@ -117,30 +223,26 @@ pub(crate) fn unit_ball(k: usize) -> f64 {
 
 /// The smallest flat neighbourhood: its points and its frame. On surfaces in space its plane's points
 /// must surround the seed too: an arc of points about a thin limb is flat as well.
-fn first_plane<const D: usize>(
-    tree: &Tree<D>,
-    k: usize,
-    found: &[Neighbour],
-) -> Option<(Vec<u32>, Matrix<D>)> {
+fn first_plane<const D: usize>(tree: &Tree<D>, k: usize, found: &[Neighbour]) -> Option<Start<D>> {
     let around = (k == 2 && D == 3).then(|| Around::new(tree, found));
-    let mut flattest: Option<(Vec<u32>, Principal<D>)> = None;
+    let mut flattest: Option<(usize, Principal<D>)> = None;
+    let first = |size: usize| (0..size as u32).collect();
     let mut size = k + 4;
-    while size <= found.len().min(40) || flattest.is_none() {
+    while size <= found.len().min(FIRST_POINTS) || flattest.is_none() {
         let size_here = size.min(found.len());
-        let indices: Vec<u32> = found[..size_here].iter().map(|n| n.index).collect();
-        if let Some(principal) = Principal::new(tree, &indices, k) {
+        if let Some(principal) = Principal::new(tree, &found[..size_here], k) {
             if principal.flatness < FLAT
                 && around
                     .as_ref()
                     .is_none_or(|a| a.sectors(&principal.frame) >= SURROUNDED)
             {
-                return Some((indices, principal.frame));
+                return Some((first(size_here), principal.frame));
             }
             if flattest
                 .as_ref()
                 .is_none_or(|f| principal.flatness < f.1.flatness)
             {
-                flattest = Some((indices, principal));
+                flattest = Some((size_here, principal));
             }
         }
         if size >= found.len() {
@@ -148,8 +250,8 @@ fn first_plane<const D: usize>(
         }
         size += size / 2;
     }
-    let surrounded = around.and_then(|around| around.plane(found));
-    surrounded.or_else(|| flattest.map(|(indices, principal)| (indices, principal.frame)))
+    let surrounded = around.and_then(|around| around.plane());
+    surrounded.or_else(|| flattest.map(|(size, principal)| (first(size), principal.frame)))
 }
 
 /// The principal components of some points.
@@ -162,30 +264,21 @@ struct Principal<const D: usize> {
 
 impl<const D: usize> Principal<D> {
     /// `None` where fewer than k directions have extent.
-    fn new(tree: &Tree<D>, indices: &[u32], k: usize) -> Option<Self> {
-        let count = indices.len() as f64;
-        let mean = indices.iter().fold(Vector::<D>::zeros(), |sum, i| {
-            sum + tree.points[*i as usize]
+    fn new(tree: &Tree<D>, found: &[Neighbour], k: usize) -> Option<Self> {
+        let count = found.len() as f64;
+        let mean = found.iter().fold(Vector::<D>::zeros(), |sum, n| {
+            sum + tree.points[n.index as usize]
         }) / count;
         let mut covariance = Matrix::<D>::zeros();
-        for i in indices {
-            let offset = tree.points[*i as usize] - mean;
+        for n in found {
+            let offset = tree.points[n.index as usize] - mean;
             covariance += offset * offset.transpose();
         }
-        let eigen = nalgebra::SymmetricEigen::try_new(
-            nalgebra::DMatrix::from_column_slice(D, D, covariance.as_slice()),
-            f64::EPSILON,
-            200,
-        )?;
-        let mut order: Vec<usize> = (0..D).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-        let mut frame = Matrix::<D>::zeros();
-        for (column, source) in order.iter().enumerate() {
-            for row in 0..D {
-                frame[(row, column)] = eigen.eigenvectors[(row, *source)];
-            }
-        }
-        let scatter = |i: usize| eigen.eigenvalues[order[i]].max(0.0);
+        let (values, vectors) = eigen(&covariance)?;
+        let mut order: [usize; D] = std::array::from_fn(|i| i);
+        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        let frame = Matrix::<D>::from_fn(|row, column| vectors[(row, order[column])]);
+        let scatter = |i: usize| values[order[i]].max(0.0);
         let (across, along, longest) = (scatter(D - k - 1), scatter(D - k), scatter(D - 1));
         if along <= 1e-10 * longest || longest == 0.0 {
             return None;
@@ -195,6 +288,24 @@ impl<const D: usize> Principal<D> {
             flatness: (across / along).sqrt(),
         })
     }
+}
+
+/// Eigenvalues and eigenvectors of a symmetric matrix. In space the size is known to the solver.
+fn eigen<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix<D>)> {
+    if D == 3 {
+        let fixed = nalgebra::Matrix3::from_column_slice(matrix.as_slice());
+        let eigen = nalgebra::SymmetricEigen::try_new(fixed, f64::EPSILON, 200)?;
+        return Some((
+            Vector::from_column_slice(eigen.eigenvalues.as_slice()),
+            Matrix::from_column_slice(eigen.eigenvectors.as_slice()),
+        ));
+    }
+    let dynamic = nalgebra::DMatrix::from_column_slice(D, D, matrix.as_slice());
+    let eigen = nalgebra::SymmetricEigen::try_new(dynamic, f64::EPSILON, 200)?;
+    Some((
+        Vector::from_column_slice(eigen.eigenvalues.as_slice()),
+        Matrix::from_column_slice(eigen.eigenvectors.as_slice()),
+    ))
 }
 
 /// The near neighbours of a seed in space, as offsets in spacings: which planes do they surround it on?
@@ -241,7 +352,7 @@ impl<const D: usize> Around<D> {
 
     /// The plane through the seed and two neighbours on which they surround it best, and the points
     /// on it: for seeds between close layers, on thin limbs or on scan lines.
-    fn plane(&self, found: &[Neighbour]) -> Option<(Vec<u32>, Matrix<D>)> {
+    fn plane(&self) -> Option<Start<D>> {
         let mut best: Option<(f64, Matrix<D>)> = None;
         for (a, first) in self.offsets.iter().enumerate().skip(1) {
             for second in &self.offsets[1..a] {
@@ -266,11 +377,10 @@ impl<const D: usize> Around<D> {
             }
         }
         let (_, frame) = best?;
-        let on_plane = found
-            .iter()
+        let on_plane = (0..)
             .zip(&self.offsets)
             .filter(|(_, offset)| offset.dot(&frame.column(0)).abs() <= THICKNESS);
-        let members: Vec<u32> = on_plane.map(|(n, _)| n.index).collect();
+        let members: Vec<u32> = on_plane.map(|(place, _)| place).collect();
         (members.len() >= 4).then_some((members, frame))
     }
 }
@@ -296,24 +406,43 @@ pub(crate) fn complete<const D: usize>(frame: &mut Matrix<D>, first: usize) {
     }
 }
 
-/// The run of sorted heights around the one nearest zero that no wide gap interrupts.
-fn one_sheet(heights: &[(f64, u32)], deviation: f64, spacing: f64) -> &[(f64, u32)] {
-    let gap = (GAP_DEVIATIONS * deviation).max(GAP_SPACINGS * spacing);
-    let middle = (0..heights.len())
-        .min_by(|a, b| heights[*a].0.abs().total_cmp(&heights[*b].0.abs()))
+/// The run of heights around the one nearest zero that no interval wider than `gap` interrupts.
+fn one_sheet(heights: &[f64], gap: f64, sorted: &mut Vec<f64>) -> RangeInclusive<f64> {
+    let (low, high) = heights
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| {
+            (low.min(*h), high.max(*h))
+        });
+    if high - low <= gap {
+        return low..=high;
+    }
+    sorted.clear();
+    sorted.extend_from_slice(heights);
+    sorted.sort_unstable_by(f64::total_cmp);
+    let middle = (0..sorted.len())
+        .min_by(|a, b| sorted[*a].abs().total_cmp(&sorted[*b].abs()))
         .unwrap_or(0);
     let mut first = middle;
-    while first > 0 && heights[first].0 - heights[first - 1].0 <= gap {
+    while first > 0 && sorted[first] - sorted[first - 1] <= gap {
         first -= 1;
     }
     let mut last = middle;
-    while last + 1 < heights.len() && heights[last + 1].0 - heights[last].0 <= gap {
+    while last + 1 < sorted.len() && sorted[last + 1] - sorted[last] <= gap {
         last += 1;
     }
-    &heights[first..=last]
+    sorted[first]..=sorted[last]
+}
+
+/// Standard deviation by the median of absolute deviations.
+fn scatter(deviations: impl Iterator<Item = f64>, memory: &mut Vec<f64>) -> f64 {
+    memory.clear();
+    memory.extend(deviations);
+    let middle = memory.len() / 2;
+    1.4826 * *memory.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// The sheet as known so far: a plane or a quadric.
+#[derive(Default)]
 struct Model {
     coefficients: Vec<f64>,
     scale: f64,
@@ -322,135 +451,36 @@ struct Model {
 }
 
 impl Model {
-    fn plane<const D: usize>(tree: &Tree<D>, members: &[u32], frame: &Matrix<D>, k: usize) -> Self {
+    /// Signed height over the model for one normal, the size of the height for several; of a point in
+    /// the frame.
+    fn height<const D: usize>(&self, k: usize, local: &Vector<D>) -> f64 {
         let m = D - k;
-        let mut constants = vec![0.0; m];
-        for i in members {
-            let local =
-                frame.tr_mul(&(tree.points[*i as usize] - tree.points[members[0] as usize]));
-            for a in 0..m {
-                constants[a] += local[a] / members.len() as f64;
-            }
-        }
-        let mut model = Self {
-            coefficients: constants,
-            scale: 1.0,
-            deviation: 0.0,
-        };
-        model.deviation = model.scatter(members.iter().map(|i| {
-            let local =
-                frame.tr_mul(&(tree.points[*i as usize] - tree.points[members[0] as usize]));
-            (0..m)
-                .map(|a| (local[a] - model.coefficients[a]).powi(2))
-                .sum::<f64>()
-                .sqrt()
-        }));
-        model
-    }
-
-    /// Standard deviation by the median of absolute deviations.
-    fn scatter(&self, residuals: impl Iterator<Item = f64>) -> f64 {
-        let mut sorted: Vec<f64> = residuals.map(f64::abs).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        1.4826 * sorted[sorted.len() / 2]
-    }
-
-    /// Signed height over the model for one normal, the size of the height for several.
-    fn height<const D: usize>(
-        &self,
-        monomials: &Monomials,
-        origin: &Vector<D>,
-        frame: &Matrix<D>,
-        x: &Vector<D>,
-    ) -> f64 {
-        let k = monomials.variables;
-        let m = D - k;
-        let local = frame.tr_mul(&(x - origin));
         let mut u = [0.0; D];
         for j in 0..k {
             u[j] = local[m + j] / self.scale;
         }
         let count = self.coefficients.len() / m;
-        // A quadric of up to 16 variables has 153 coefficients.
-        let mut values = [0.0; 160];
-        monomials.values(&u[..k], &mut values[..count]);
-        let height = |a: usize| {
-            let c = &self.coefficients[a * count..(a + 1) * count];
-            local[a] - c.iter().zip(&values).map(|(c, v)| c * v).sum::<f64>()
-        };
+        let height =
+            |a: usize| local[a] - quadric(&self.coefficients[a * count..(a + 1) * count], &u[..k]);
         if m == 1 {
             height(0)
         } else {
             (0..m).map(|a| height(a).powi(2)).sum::<f64>().sqrt()
         }
     }
-
-    /// Fits members: a plane while few, then a quadric, over the frame's tangent plane.
-    fn fit<const D: usize>(
-        tree: &Tree<D>,
-        monomials: &Monomials,
-        origin: &Vector<D>,
-        members: &[u32],
-        frame: &Matrix<D>,
-    ) -> Option<Self> {
-        let k = monomials.variables;
-        let degree = if members.len() >= 2 * monomials.count(2) {
-            2
-        } else {
-            1
-        };
-        let samples = samples(tree, origin, members, frame, k);
-        let fitted = Factored::new(monomials, degree, &samples.0)?;
-        let mut model = Self {
-            coefficients: fitted.coefficients(monomials, fitted.degree),
-            scale: samples.1,
-            deviation: 0.0,
-        };
-        model.deviation = model.scatter(
-            members
-                .iter()
-                .map(|i| model.height(monomials, origin, frame, &tree.points[*i as usize])),
-        );
-        Some(model)
-    }
 }
 
-/// Heights over tangent coordinates about `origin`, weighted towards it; and the coordinates' scale.
-pub(crate) fn samples<const D: usize>(
-    tree: &Tree<D>,
-    origin: &Vector<D>,
-    members: &[u32],
-    frame: &Matrix<D>,
-    k: usize,
-) -> (Samples, f64) {
-    let m = D - k;
-    let mut coordinates = Vec::with_capacity(members.len() * k);
-    let mut heights = Vec::with_capacity(members.len() * m);
-    let mut farthest = 0.0_f64;
-    for i in members {
-        let local = frame.tr_mul(&(tree.points[*i as usize] - origin));
-        heights.extend_from_slice(&local.as_slice()[..m]);
-        coordinates.extend_from_slice(&local.as_slice()[m..]);
-        let u = &coordinates[coordinates.len() - k..];
-        farthest = farthest.max(u.iter().map(|v| v * v).sum());
+/// A polynomial of degree 0, 1 or 2, by the order of its [`Monomials`].
+fn quadric(coefficients: &[f64], u: &[f64]) -> f64 {
+    let k = u.len();
+    let (constant, higher) = (coefficients[0], &coefficients[1..]);
+    let mut value = constant + higher.iter().zip(u).map(|(c, u)| c * u).sum::<f64>();
+    let mut second = higher.get(k..).unwrap_or_default();
+    for i in 0..k {
+        for (c, v) in second.iter().zip(&u[i..]) {
+            value += c * v * u[i];
+        }
+        second = second.get(k - i..).unwrap_or_default();
     }
-    let scale = farthest.sqrt().max(f64::MIN_POSITIVE);
-    for value in &mut coordinates {
-        *value /= scale;
-    }
-    let weights = coordinates
-        .chunks(k)
-        .map(|u| {
-            let squared: f64 = u.iter().map(|v| v * v).sum();
-            (1.0 - 0.9 * squared).powi(2)
-        })
-        .collect();
-    (
-        Samples {
-            coordinates,
-            heights,
-            weights,
-        },
-        scale,
-    )
+    value
 }
