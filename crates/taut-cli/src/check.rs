@@ -63,7 +63,7 @@ pub fn run(settings: &CheckSettings, progress: &Progress) -> Result<Exit, Failur
             let name = cloud.file.display().to_string();
             with_size!(
                 points.dimension,
-                cloud_facts(&name, &points, cloud.model, progress)
+                cloud_facts(&name, &points, &cloud.model, progress)
             )?
         }
         Source::Equations(equations) => equations::facts(equations, progress)?,
@@ -82,10 +82,10 @@ pub fn run(settings: &CheckSettings, progress: &Progress) -> Result<Exit, Failur
 fn cloud_facts<const D: usize>(
     name: &str,
     points: &PointSet,
-    model: Model,
+    model: &Model,
     progress: &Progress,
 ) -> Result<Facts, Failure> {
-    let atlas: Atlas<D> = clouds::atlas(name, points, model.dimension, progress)?;
+    let atlas: Atlas<D> = clouds::atlas(name, points, model, progress)?;
     progress.step("report");
     let report = atlas.report();
     let cloud = atlas.cloud();

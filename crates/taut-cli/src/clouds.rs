@@ -23,7 +23,7 @@ pub fn prepare(
 ) -> Result<Box<dyn Prepared>, Failure> {
     let points = read(settings, progress)?;
     let name = settings.file.display().to_string();
-    of_points(&name, &points, settings.model, pairs, progress)
+    of_points(&name, &points, &settings.model, pairs, progress)
 }
 
 /// Reads the points of a file and passes on the reader's notes.
@@ -40,7 +40,7 @@ pub fn read(settings: &CloudSettings, progress: &Progress) -> Result<PointSet, F
 pub fn of_points(
     name: &str,
     points: &PointSet,
-    model: Model,
+    model: &Model,
     pairs: Vec<[End; 2]>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
@@ -59,7 +59,7 @@ pub fn of_points(
 pub fn atlas<const D: usize>(
     name: &str,
     points: &PointSet,
-    dimension: Option<usize>,
+    model: &Model,
     progress: &Progress,
 ) -> Result<Atlas<D>, Failure> {
     let refused = |error| Failure::Surface {
@@ -67,9 +67,14 @@ pub fn atlas<const D: usize>(
         error,
     };
     progress.step(format!("surface of {} points", points.rows()));
-    let intrinsic = intrinsic_dimension::<D>(dimension, points.dimension)?;
+    let intrinsic = intrinsic_dimension::<D>(model.dimension, points.dimension)?;
+    let intervals = intervals::<D>(&model.cells, points.dimension)?;
     let cloud = Cloud::new(&points.coordinates, points.dimension).map_err(refused)?;
-    Atlas::new(cloud, intrinsic).map_err(refused)
+    match intervals {
+        Some(intervals) => Atlas::with_cells(cloud, intrinsic, &intervals),
+        None => Atlas::new(cloud, intrinsic),
+    }
+    .map_err(refused)
 }
 
 fn intrinsic_dimension<const D: usize>(
@@ -89,14 +94,31 @@ fn intrinsic_dimension<const D: usize>(
     }
 }
 
+/// The interval of the grid of cells along each axis; those of the padding do not matter.
+fn intervals<const D: usize>(asked: &[f64], dimension: usize) -> Result<Option<[f64; D]>, Failure> {
+    let mut intervals = [1.0; D];
+    match asked {
+        [] => return Ok(None),
+        [one] => intervals.fill(*one),
+        each if each.len() == dimension => intervals[..dimension].copy_from_slice(each),
+        each => {
+            return Err(Failure::Usage(format!(
+                "--cell: found {} intervals, expected 1 or {dimension}, one for each coordinate",
+                each.len()
+            )));
+        }
+    }
+    Ok(Some(intervals))
+}
+
 fn of_atlas<const D: usize>(
     name: &str,
     points: &PointSet,
-    model: Model,
+    model: &Model,
     pairs: Vec<[End; 2]>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let atlas = atlas::<D>(name, points, model.dimension, progress)?;
+    let atlas = atlas::<D>(name, points, model, progress)?;
     note_dropped(name, atlas.cloud(), progress);
     let pairs = in_rows_kept(pairs, points)?;
     let geodesics = Geodesics::of_atlas(atlas);
@@ -106,11 +128,11 @@ fn of_atlas<const D: usize>(
 fn of_mls(
     name: &str,
     points: &PointSet,
-    model: Model,
+    model: &Model,
     pairs: Vec<[End; 2]>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let atlas = atlas::<3>(name, points, model.dimension, progress)?;
+    let atlas = atlas::<3>(name, points, model, progress)?;
     note_dropped(name, atlas.cloud(), progress);
     let pairs = in_rows_kept(pairs, points)?;
     let geodesics = Geodesics::of_mls(atlas, None)

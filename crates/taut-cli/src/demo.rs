@@ -65,7 +65,7 @@ impl Roll {
         let exact = rows.map(|[from, to]| unrolled_distance(sheet[from], sheet[to]));
         Ok(Self {
             count: sheet.len(),
-            prepared: clouds::of_points("the roll", &points, Model::default(), pairs, progress)?,
+            prepared: clouds::of_points("the roll", &points, &Model::default(), pairs, progress)?,
             exact: exact.to_vec(),
         })
     }

@@ -110,6 +110,15 @@ pub struct SurfaceFlags {
     /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
     #[arg(long, value_name = "K", conflicts_with_all = ["implicit", "shape"])]
     pub dimension: Option<usize>,
+    /// The cells of a grid, one interval for all axes or one for each, such as 0.1 or 0.1,0.1,0.2
+    /// [default: cells of 8 to 16 points]
+    #[arg(
+        long = "cell",
+        value_name = "LENGTH,..",
+        value_delimiter = ',',
+        conflicts_with_all = ["implicit", "shape"]
+    )]
+    pub cells: Vec<f64>,
     /// How the surface is made of the points
     #[arg(
         long,

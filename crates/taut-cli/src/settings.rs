@@ -27,10 +27,12 @@ pub struct CloudSettings {
 }
 
 /// What surface to put through points.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 pub struct Model {
     /// Intrinsic dimension.
     pub dimension: Option<usize>,
+    /// Intervals of a grid of cells: none, one for all axes, or one for each.
+    pub cells: Vec<f64>,
     pub reconstruction: Reconstruction,
 }
 
@@ -239,6 +241,7 @@ impl TryFrom<SurfaceFlags> for Source {
                     classes: flags.classes,
                 },
                 model: Model {
+                    cells: flags.cells,
                     dimension: flags.dimension,
                     reconstruction: flags.surface,
                 },

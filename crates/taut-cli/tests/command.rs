@@ -229,6 +229,31 @@ fn check_counts_points_and_pieces() {
 }
 
 #[test]
+fn the_cells_of_a_grid_are_chosen_by_their_length() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sheet.xyz");
+    // Points 0.02 apart on a unit square: from corner to corner straight across.
+    let grid = |i: u32| f64::from(i) * 0.02;
+    let points: Vec<[f64; 3]> = (0..51 * 51)
+        .map(|i| [grid(i % 51), grid(i / 51), 0.0])
+        .collect();
+    write_points(&file, &points);
+    let file = file.to_str().expect("UTF-8");
+    let ends = ["path", file, "--from", "0", "--to", "2600", "--json"];
+    for cells in ["0.1", "0.05,0.2,1"] {
+        let found = taut(&[&ends[..], &["--cell", cells]].concat());
+        let length = number(&object(&found, 0), "length");
+        assert!((length - 2.0_f64.sqrt()).abs() < 1e-9, "{cells}: {length}");
+    }
+    let refused = taut(&[&ends[..], &["--cell", "0.1,0.1"]].concat());
+    assert_eq!(code(&refused), 2);
+    assert!(text(&refused.stderr).contains("found 2 intervals, expected 1 or 3"));
+    let refused = taut(&[&ends[..], &["--cell=-1"]].concat());
+    assert_eq!(code(&refused), 3);
+    assert!(text(&refused.stderr).contains("a cell cannot be -1 long"));
+}
+
+#[test]
 fn check_measures_a_flat_sheet() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("sheet.xyz");

@@ -35,6 +35,12 @@ pub enum Error {
         /// The intrinsic dimension asked for.
         dimension: usize,
     },
+    /// A cell's interval that is no length.
+    #[error("a cell cannot be {found} long; give a positive length in the points' units")]
+    BadInterval {
+        /// The interval given.
+        found: f64,
+    },
     /// A row that is not a point: out of range or not finite.
     #[error("point {row} is not there: {reason}")]
     NoSuchPoint {

@@ -23,17 +23,49 @@ pub(super) struct Built<const D: usize> {
 
 /// Radii of charts that one element of a path may span where charts are noisy.
 const DETAIL: f64 = 2.0;
+/// Points of a cell looked at together.
+const MOST_POINTS: usize = 512;
 /// A chart's support reaches this many times as far as its own points.
 const MARGIN: f64 = 1.25;
 
 impl<const D: usize> Atlas<D> {
-    /// A smooth surface of dimension `intrinsic_dimension` through the points.
+    /// A smooth surface of dimension `intrinsic_dimension` through the points; its cells are the leaves
+    /// of the search tree, 8 to 16 points each.
     ///
     /// # Errors
     /// [`Error::TooFewPoints`] or [`Error::NoTangentPlane`] where the points carry no such surface.
     ///
     /// O(n log n) time, O(n) memory.
     pub fn new(cloud: Cloud<D>, intrinsic_dimension: usize) -> Result<Self, Error> {
+        Self::of_cells(cloud, intrinsic_dimension, |tree| {
+            let leaves = tree.leaves().into_iter();
+            leaves
+                .map(|leaf| leaf.map(|i| i as u32).collect())
+                .collect()
+        })
+    }
+
+    /// As [`new`](Self::new), on the cells of a grid of the given intervals, in the input's units, as in
+    /// Algorithm 2 of the paper. Each sheet in a cell gets at least one chart.
+    ///
+    /// # Errors
+    /// [`Error::BadInterval`] for an interval that is not a positive number, and those of `new`.
+    pub fn with_cells(
+        cloud: Cloud<D>,
+        intrinsic_dimension: usize,
+        intervals: &[f64; D],
+    ) -> Result<Self, Error> {
+        if let Some(found) = intervals.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
+            return Err(Error::BadInterval { found: *found });
+        }
+        Self::of_cells(cloud, intrinsic_dimension, |tree| grid(tree, intervals))
+    }
+
+    fn of_cells(
+        cloud: Cloud<D>,
+        intrinsic_dimension: usize,
+        cells: impl FnOnce(&Tree<D>) -> Vec<Vec<u32>>,
+    ) -> Result<Self, Error> {
         let monomials = Monomials::new(intrinsic_dimension);
         let needed = intrinsic_dimension + 2;
         if cloud.points.len() < needed {
@@ -43,11 +75,10 @@ impl<const D: usize> Atlas<D> {
             });
         }
         let tree = Tree::new(&cloud.points);
-        let mut built: Vec<Built<D>> = tree
-            .leaves()
+        let mut built: Vec<Built<D>> = cells(&tree)
             .into_par_iter()
-            .map_init(Workspace::default, |workspace, leaf| {
-                cell(&tree, &monomials, leaf, workspace)
+            .map_init(Workspace::default, |workspace, points| {
+                cell(&tree, &monomials, points, workspace)
             })
             .flatten_iter()
             .collect();
@@ -101,14 +132,34 @@ impl<const D: usize> Atlas<D> {
     }
 }
 
+/// The tree's points by the cell of a grid that holds them; cells of very many points in pieces.
+fn grid<const D: usize>(tree: &Tree<D>, intervals: &[f64; D]) -> Vec<Vec<u32>> {
+    let cell = |i: u32| -> [f64; D] {
+        let point = &tree.points[i as usize];
+        std::array::from_fn(|axis| (point[axis] / intervals[axis]).floor())
+    };
+    let order = |a: &[f64; D], b: &[f64; D]| {
+        let axes = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
+        axes.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+    };
+    let mut placed: Vec<([f64; D], u32)> = (0..tree.points.len() as u32)
+        .map(|i| (cell(i), i))
+        .collect();
+    placed.par_sort_by(|a, b| order(&a.0, &b.0).then(a.1.cmp(&b.1)));
+    placed
+        .chunk_by(|a, b| order(&a.0, &b.0).is_eq())
+        .flat_map(|cell| cell.chunks(MOST_POINTS))
+        .map(|piece| piece.iter().map(|(_, i)| *i).collect())
+        .collect()
+}
+
 /// The charts of one cell: one per sheet, seeded from the points not yet covered.
 fn cell<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
-    leaf: std::ops::Range<usize>,
+    mut left: Vec<u32>,
     workspace: &mut Workspace<D>,
 ) -> Vec<Built<D>> {
-    let mut left: Vec<u32> = leaf.map(|i| i as u32).collect();
     let mut built = Vec::new();
     while !left.is_empty() {
         let mean = left.iter().fold(Vector::<D>::zeros(), |sum, i| {
@@ -261,5 +312,29 @@ mod tests {
         for gap in [4.3, 3.0, 2.0] {
             assert_eq!(joined(gap * 0.01526), (0, 1), "gap {gap}");
         }
+    }
+
+    #[test]
+    fn a_grid_of_cells_holds_every_point_once_and_serves_as_well() {
+        let (coordinates, _) = roll(0.1);
+        let cloud = || Cloud::<3>::new(&coordinates, 3).expect("finite");
+        let tree = Tree::new(&cloud().points);
+        let cells = grid(&tree, &[0.1, 0.1, 0.2]);
+        let mut points: Vec<u32> = cells.iter().flatten().copied().collect();
+        points.sort_unstable();
+        assert!(points.iter().copied().eq(0..tree.points.len() as u32));
+        for cell in &cells {
+            let at = |i: &u32| tree.points[*i as usize][2].div_euclid(0.2);
+            assert!(cell.iter().all(|i| at(i) == at(&cell[0])));
+        }
+        let atlas = Atlas::with_cells(cloud(), 2, &[0.1, 0.1, 0.2]).expect("a surface");
+        assert_eq!(
+            crate::geodesics::Geodesics::of_atlas(atlas)
+                .component_sizes()
+                .len(),
+            1
+        );
+        let refused = Atlas::with_cells(cloud(), 2, &[0.1, -1.0, 0.2]).err();
+        assert_eq!(refused, Some(Error::BadInterval { found: -1.0 }));
     }
 }
