@@ -2,7 +2,7 @@
 
 mod support;
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use serde_json::Value;
 use support::{
@@ -222,23 +222,23 @@ fn pairs_of_coordinates() {
 
 #[test]
 fn further_paths_go_another_way_round() {
+    let angle = (-0.6_f64).acos();
     let arguments = [
         "path",
         "--shape",
         "cylinder:1",
         "--from",
         "1,0,0",
-        "--to",
-        "0,1,0",
+        "--to=-0.6,0.8,0",
     ];
     let found = object(
         &taut(&[&arguments[..], &["--json", "--alternatives", "1"]].concat()),
         0,
     );
-    assert_length(&found, FRAC_PI_2, 1e-6);
+    assert_length(&found, angle, 1e-6);
     let further = found["alternatives"].as_array().expect("an array");
     assert_eq!(further.len(), 1);
-    assert_length(&further[0], 3.0 * FRAC_PI_2, 1e-6);
+    assert_length(&further[0], TAU - angle, 1e-6);
 }
 
 #[test]
