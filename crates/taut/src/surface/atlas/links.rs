@@ -14,7 +14,7 @@ const ROUGH_SPACINGS: f64 = 0.5;
 /// A group of charts with fewer points of its own than this is stray if others claim them too.
 const STRAY_POINTS: usize = 50;
 /// Charts are linked when they agree at this share of the points they have in common.
-const SHARE: f64 = 0.25;
+const SHARE: f64 = 0.5;
 /// A chart means nothing where its surface is steeper over its plane than 60 degrees.
 pub(super) const STEEPEST: f64 = 2.0;
 /// Charts agree where their normals' squared cosine is at least this ...
