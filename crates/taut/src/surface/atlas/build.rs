@@ -46,7 +46,8 @@ impl<const D: usize> Atlas<D> {
     }
 
     /// As [`new`](Self::new), on the cells of a grid of the given intervals, in the input's units, as in
-    /// Algorithm 2 of the paper. Each sheet in a cell gets at least one chart.
+    /// Algorithm 2 of the paper; a corner of the grid lies at the cloud's centre. Each sheet in a cell
+    /// gets at least one chart.
     ///
     /// # Errors
     /// [`Error::BadInterval`] for an interval that is not a positive number, and those of `new`.

@@ -45,15 +45,22 @@ impl<const D: usize> ChartJet<D> {
 }
 
 impl<const D: usize> Chart<D> {
+    /// The coordinates of `x` in the frame, and its k tangent coordinates scaled.
+    fn coordinates(&self, k: usize, x: &Vector<D>) -> (Vector<D>, [f64; D]) {
+        let local = self.frame.tr_mul(&(x - self.origin));
+        let inverse = 1.0 / self.scale;
+        let mut u = [0.0; D];
+        for j in 0..k {
+            u[j] = local[D - k + j] * inverse;
+        }
+        (local, u)
+    }
+
     /// Height above the chart's own surface, per normal: positive along it.
     pub fn offsets(&self, monomials: &Monomials, x: &Vector<D>, out: &mut [f64]) {
         let k = monomials.variables;
         let m = D - k;
-        let local = self.frame.tr_mul(&(x - self.origin));
-        let mut u = [0.0; D];
-        for j in 0..k {
-            u[j] = local[m + j] / self.scale;
-        }
+        let (local, u) = self.coordinates(k, x);
         let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
         let count = self.coefficients.len() / m;
         for (a, c) in self.coefficients.chunks(count).enumerate() {
@@ -70,14 +77,9 @@ impl<const D: usize> Chart<D> {
     /// Secant of the angle between the surface at `x` and the chart's plane, of the steepest normal.
     pub fn steepness(&self, monomials: &Monomials, x: &Vector<D>) -> f64 {
         let k = monomials.variables;
-        let m = D - k;
-        let local = self.frame.tr_mul(&(x - self.origin));
-        let mut u = [0.0; D];
-        for j in 0..k {
-            u[j] = local[m + j] / self.scale;
-        }
+        let (_, u) = self.coordinates(k, x);
         let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
-        let count = self.coefficients.len() / m;
+        let count = self.coefficients.len() / (D - k);
         let mut steepest = 0.0_f64;
         for c in self.coefficients.chunks(count) {
             let hessian = &mut hessian.as_flattened_mut()[..k * k];
@@ -92,12 +94,8 @@ impl<const D: usize> Chart<D> {
     pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, hessians: bool, out: &mut ChartJet<D>) {
         let k = monomials.variables;
         let m = D - k;
-        let local = self.frame.tr_mul(&(x - self.origin));
+        let (local, u) = self.coordinates(k, x);
         let inverse = 1.0 / self.scale;
-        let mut u = [0.0; D];
-        for j in 0..k {
-            u[j] = local[m + j] * inverse;
-        }
         let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
         let hessian = &mut hessian.as_flattened_mut()[..k * k];
         let count = self.coefficients.len() / m;

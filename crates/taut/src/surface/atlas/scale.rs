@@ -96,7 +96,7 @@ pub(super) fn fit<const D: usize>(
 struct Fitted<const D: usize> {
     chart: Chart<D>,
     sigma: f64,
-    /// See [`LeastSquares::misfit`](crate::surface::atlas::fit::LeastSquares::misfit); only looked at where the fit is not clean.
+    /// Correlation of neighbours' residuals; 0 where the fit is clean.
     misfit: f64,
 }
 

@@ -125,17 +125,17 @@ impl<const D: usize> Workspace<D> {
     /// Grows the kept points within those found, to `wanted` at most.
     fn grow(&mut self, monomials: &Monomials, wanted: usize) -> Option<()> {
         let k = monomials.variables;
-        let spacing = spacing(&self.found, k);
+        let wide = GAP_SPACINGS * spacing(&self.found, k);
         let all = self.found.len();
         let mut size = self.kept.len();
         self.set_plane(k);
         loop {
             size = (size + size / 2 + 1).min(all);
-            if self.spread(k, size) <= GAP_SPACINGS * spacing && self.heights.len() == all {
+            if self.spread(k, size, wide) <= wide && self.heights.len() == all {
                 // No other sheet fits between the points, however many of them are looked at.
                 size = all;
             }
-            let gap = (GAP_DEVIATIONS * self.model.deviation).max(GAP_SPACINGS * spacing);
+            let gap = (GAP_DEVIATIONS * self.model.deviation).max(wide);
             let heights = &self.heights[..size];
             let sheet = one_sheet(heights, gap, &mut self.sorted);
             self.kept.clear();
@@ -152,9 +152,8 @@ impl<const D: usize> Workspace<D> {
     }
 
     /// The heights over the model of the first `size` found, and of those after while they keep within
-    /// one sheet for certain; the spread of all those.
-    fn spread(&mut self, k: usize, size: usize) -> f64 {
-        let wide = GAP_SPACINGS * spacing(&self.found, k);
+    /// one sheet for certain, less than `wide` apart; the spread of all those.
+    fn spread(&mut self, k: usize, size: usize, wide: f64) -> f64 {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         self.heights.clear();
         for (i, local) in self.local.iter().enumerate() {
@@ -347,7 +346,7 @@ impl<const D: usize> Around<D> {
 
     /// The number of sectors in which a plane has points.
     fn sectors(&self, frame: &Matrix<D>) -> usize {
-        self.weights(frame).iter().filter(|w| **w > 0.0).count()
+        occupied(&self.weights(frame))
     }
 
     /// The plane through the seed and two neighbours on which they surround it best, and the points
@@ -369,8 +368,8 @@ impl<const D: usize> Around<D> {
                 frame.set_column(0, &(normal / area));
                 complete(&mut frame, 1);
                 let weights = self.weights(&frame);
-                let occupied = weights.iter().filter(|w| **w > 0.0).count() as f64 / SECTORS as f64;
-                let support = occupied * occupied * weights.iter().sum::<f64>();
+                let share = occupied(&weights) as f64 / SECTORS as f64;
+                let support = share * share * weights.iter().sum::<f64>();
                 if best.is_none_or(|(most, _)| support > most) {
                     best = Some((support, frame));
                 }
@@ -383,6 +382,11 @@ impl<const D: usize> Around<D> {
         let members: Vec<u32> = on_plane.map(|(place, _)| place).collect();
         (members.len() >= 4).then_some((members, frame))
     }
+}
+
+/// The number of sectors with a weight.
+fn occupied(weights: &[f64; SECTORS]) -> usize {
+    weights.iter().filter(|w| **w > 0.0).count()
 }
 
 /// Fills columns from `first` on so that the matrix is orthonormal.
