@@ -6,19 +6,42 @@ use taut::result::{Path, Status};
 use crate::exit::Exit;
 use crate::settings::End;
 
-/// A start or end point on the surface.
+/// A start or end point.
 pub struct LocatedEnd {
     /// As the user named it.
     pub named: End,
-    /// Its coordinates on the surface.
+    /// Where it lies on the surface, or why it cannot be used.
+    pub place: Result<Place, String>,
+}
+
+/// A point on the surface.
+pub struct Place {
     pub point: Vec<f64>,
-    /// How far it was moved onto the surface.
+    /// How far the end was moved onto the surface.
     pub moved: f64,
+}
+
+/// How a pair was answered.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    Asked(Status),
+    /// An end has no place on the surface: there was nothing to ask.
+    UnusableEnd,
+}
+
+impl Outcome {
+    /// One word for the output.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Asked(status) => status.word(),
+            Self::UnusableEnd => "unusable-end",
+        }
+    }
 }
 
 /// A path found, or the word that there is none.
 pub struct FoundPath {
-    pub status: Status,
+    pub outcome: Outcome,
     /// None where there is no path.
     pub length: Option<f64>,
     /// Estimated error of the length on the surface taken; None if unknown.
@@ -48,11 +71,21 @@ pub struct Answer {
 
 impl Answer {
     pub fn exit(&self) -> Exit {
-        match self.path.status {
-            Status::Converged => Exit::Success,
-            Status::NoPath => Exit::NoPath,
-            Status::NotTaut | Status::NotResolved | Status::OffSurface => Exit::NotConverged,
+        match self.path.outcome {
+            Outcome::Asked(Status::Converged) => Exit::Success,
+            Outcome::UnusableEnd => Exit::BadInput,
+            Outcome::Asked(Status::NoPath) => Exit::NoPath,
+            Outcome::Asked(Status::NotTaut | Status::NotResolved | Status::OffSurface) => {
+                Exit::NotConverged
+            }
         }
+    }
+
+    /// Why the pair cannot be used, end by end.
+    pub fn refusals(&self) -> impl Iterator<Item = (&End, &str)> {
+        self.ends
+            .iter()
+            .filter_map(|end| Some((&end.named, end.place.as_ref().err()?.as_str())))
     }
 
     /// All paths, shortest first.
@@ -67,7 +100,7 @@ impl FoundPath {
         let exists = path.status != Status::NoPath;
         let known = |value: f64| (exists && value.is_finite()).then_some(value);
         Self {
-            status: path.status,
+            outcome: Outcome::Asked(path.status),
             length: known(path.length),
             length_error: known(path.length_error),
             surface_error: known(path.surface_error),

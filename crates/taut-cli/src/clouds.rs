@@ -120,9 +120,10 @@ fn of_atlas<const D: usize>(
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<D>(name, points, model, progress)?;
     note_dropped(name, atlas.cloud(), progress);
-    let pairs = in_rows_kept(pairs, points)?;
     let geodesics = Geodesics::of_atlas(atlas);
-    Ok(Box::new(Located::new(geodesics, points.dimension, pairs)?))
+    let rows_kept = points.rows_kept.as_deref();
+    let located = Located::new(geodesics, points.dimension, pairs, rows_kept);
+    Ok(Box::new(located))
 }
 
 fn of_mls(
@@ -134,10 +135,11 @@ fn of_mls(
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<3>(name, points, model, progress)?;
     note_dropped(name, atlas.cloud(), progress);
-    let pairs = in_rows_kept(pairs, points)?;
     let geodesics = Geodesics::of_mls(atlas, None)
         .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
-    Ok(Box::new(Located::new(geodesics, points.dimension, pairs)?))
+    let rows_kept = points.rows_kept.as_deref();
+    let located = Located::new(geodesics, points.dimension, pairs, rows_kept);
+    Ok(Box::new(located))
 }
 
 fn note_dropped<const D: usize>(name: &str, cloud: &Cloud<D>, progress: &Progress) {
@@ -152,26 +154,6 @@ fn note_dropped<const D: usize>(name: &str, cloud: &Cloud<D>, progress: &Progres
             "{name}: {duplicates} points share their place with another and count once"
         ));
     }
-}
-
-/// Turns rows of the file into rows of what was read of it.
-fn in_rows_kept(pairs: Vec<[End; 2]>, points: &PointSet) -> Result<Vec<[End; 2]>, Failure> {
-    let Some(kept) = &points.rows_kept else {
-        return Ok(pairs);
-    };
-    let position = |end: &End| {
-        match end {
-        End::Row(row) => kept.binary_search(row).map(End::Row).map_err(|_| Failure::End {
-            end: end.to_string(),
-            reason: "the row is not among those read (left out by --class, marked invalid, or past the end)".to_owned(),
-        }),
-        End::Point(_) => Ok(end.clone()),
-    }
-    };
-    pairs
-        .iter()
-        .map(|[from, to]| Ok([position(from)?, position(to)?]))
-        .collect()
 }
 
 impl<const D: usize> Locate<D> for Atlas<D> {

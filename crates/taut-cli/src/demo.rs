@@ -103,7 +103,13 @@ fn write(
     )?;
     for (path, exact) in paths.iter().zip(exact) {
         let Some(length) = path.length else {
-            writeln!(out, "{:<14}{exact:<18.12}{:<46}{}", "inf", "", path.status)?;
+            writeln!(
+                out,
+                "{:<14}{exact:<18.12}{:<46}{}",
+                "inf",
+                "",
+                path.outcome.word()
+            )?;
             continue;
         };
         let error = path.length_error.unwrap_or(0.0) + path.surface_error.unwrap_or(0.0);
@@ -114,7 +120,7 @@ fn write(
             format!("{:.1e}", length - exact),
             exponential(path.surface_error),
             exponential(path.length_error),
-            path.status
+            path.outcome.word()
         )?;
     }
     writeln!(out, "\nPicture: {}", flags.picture.display())?;

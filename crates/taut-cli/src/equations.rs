@@ -79,11 +79,8 @@ fn located<const D: usize>(
         .map(|point| padded(point))
         .collect();
     let geodesics = sampled(settings, &ends, &seeds, progress)?;
-    Ok(Box::new(Located::new(
-        geodesics,
-        settings.dimension,
-        pairs,
-    )?))
+    let located = Located::new(geodesics, settings.dimension, pairs, None);
+    Ok(Box::new(located))
 }
 
 /// Where a surface is looked for when nothing says where it is.

@@ -4,7 +4,9 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::answer::{Answer, FoundPath, LocatedEnd};
+use taut::result::Status;
+
+use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome};
 use crate::settings::End;
 
 /// How results are written.
@@ -53,7 +55,13 @@ pub fn write_answer(
 
 fn write_rows(out: &mut impl Write, alternatives: bool, answer: &Answer) -> io::Result<()> {
     let [from, to] = &answer.ends;
+    let moved = |end: &LocatedEnd| end.place.as_ref().map_or(f64::NAN, |place| place.moved);
     for (index, path) in answer.paths().enumerate() {
+        // Points that no path connects are infinitely far apart; of an unusable one nothing is known.
+        let without_length = match path.outcome {
+            Outcome::Asked(_) => f64::INFINITY,
+            Outcome::UnusableEnd => f64::NAN,
+        };
         write!(out, "{}\t{}\t", from.named, to.named)?;
         if alternatives {
             write!(out, "{index}\t")?;
@@ -61,15 +69,14 @@ fn write_rows(out: &mut impl Write, alternatives: bool, answer: &Answer) -> io::
         writeln!(
             out,
             "{}\t{}\t{}\t{}\t{}\t{}\t{:e}\t{:e}",
-            path.length
-                .map_or("inf".to_owned(), |length| length.to_string()),
+            path.length.unwrap_or(without_length),
             exponential(path.length_error),
             exponential(path.surface_error),
-            path.status,
+            path.outcome.word(),
             yes_or_no(path.stable),
             path.nodes(),
-            from.moved,
-            to.moved
+            moved(from),
+            moved(to)
         )?;
     }
     Ok(())
@@ -78,7 +85,7 @@ fn write_rows(out: &mut impl Write, alternatives: bool, answer: &Answer) -> io::
 fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
     let [from, to] = &answer.ends;
     for (name, end) in [("from", from), ("to", to)] {
-        line(out, name, &format!("{}{}", end.named, moved(end)))?;
+        line(out, name, &format!("{}{}", end.named, moved_by(end)))?;
     }
     for (index, path) in answer.paths().enumerate() {
         if index > 0 {
@@ -93,12 +100,18 @@ fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
 /// Moves below this share of the coordinates are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-fn moved(end: &LocatedEnd) -> String {
-    let size = end.point.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
-    if end.moved <= ROUNDING * size {
+fn moved_by(end: &LocatedEnd) -> String {
+    let Ok(place) = &end.place else {
+        return String::new();
+    };
+    let size = place
+        .point
+        .iter()
+        .fold(0.0_f64, |size, v| size.max(v.abs()));
+    if place.moved <= ROUNDING * size {
         return String::new();
     }
-    format!(" (moved {:.1e} onto the surface)", end.moved)
+    format!(" (moved {:.1e} onto the surface)", place.moved)
 }
 
 fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
@@ -106,7 +119,7 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
         return line(out, "length", "inf (no path connects the two points)");
     };
     line(out, "length", &with_errors(length, path))?;
-    line(out, "status", path.status.word())?;
+    line(out, "status", path.outcome.word())?;
     line(out, "stable", yes_or_no(path.stable))?;
     line(out, "nodes", &path.nodes().to_string())?;
     line(
@@ -203,9 +216,12 @@ struct JsonEnd<'a> {
     /// The coordinates given, where it was given by coordinates.
     #[serde(skip_serializing_if = "Option::is_none")]
     given: Option<&'a [f64]>,
-    /// On the surface.
-    point: &'a [f64],
-    moved: f64,
+    /// On the surface; null where the end cannot be used.
+    point: Option<&'a [f64]>,
+    moved: Option<f64>,
+    /// Why the end cannot be used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -246,8 +262,9 @@ impl<'a> JsonEnd<'a> {
         Self {
             row,
             given,
-            point: &end.point,
-            moved: end.moved,
+            point: end.place.as_ref().ok().map(|place| place.point.as_slice()),
+            moved: end.place.as_ref().ok().map(|place| place.moved),
+            reason: end.place.as_ref().err().map(String::as_str),
         }
     }
 }
@@ -258,8 +275,8 @@ impl<'a> JsonPath<'a> {
             length: path.length,
             length_error: path.length_error,
             surface_error: path.surface_error,
-            converged: path.status == taut::result::Status::Converged,
-            status: path.status.word(),
+            converged: path.outcome == Outcome::Asked(Status::Converged),
+            status: path.outcome.word(),
             stable: path.stable,
             nodes: path.nodes(),
             max_geodesic_curvature: path.max_geodesic_curvature,

@@ -41,6 +41,14 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
             })
             .collect();
         for answer in answers {
+            for (end, reason) in answer.refusals() {
+                let end = end.to_string();
+                if let Ends::One(_) = settings.ends {
+                    let reason = reason.to_owned();
+                    return Err(Failure::End { end, reason });
+                }
+                progress.note(&format!("{end}: {reason}"));
+            }
             worst = worst.max(answer.exit());
             report.write(&answer)?;
             if settings.output.is_some() || settings.picture.is_some() {

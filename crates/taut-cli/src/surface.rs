@@ -9,7 +9,7 @@ use taut::guess::Guide;
 use taut::result::Path;
 use taut::surface::Node;
 
-use crate::answer::{Answer, FoundPath, LocatedEnd, coordinates, flat};
+use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place, coordinates, flat};
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
@@ -74,11 +74,10 @@ pub struct Located<const D: usize, S: Guide<D>> {
     pairs: Vec<[EndNode<D, S::Place>; 2]>,
 }
 
-/// An end as the user named it, and where it lies.
+/// An end as the user named it; its node and how far it was moved there, or why it has none.
 struct EndNode<const D: usize, P> {
     named: End,
-    node: Node<D, P>,
-    moved: f64,
+    located: Result<(Node<D, P>, f64), String>,
 }
 
 /// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size
@@ -111,43 +110,74 @@ pub fn prepare(
 }
 
 impl<const D: usize, S: Locate<D>> Located<D, S> {
-    /// Locates pairs of points of `dimension` coordinates.
+    /// Locates pairs of points of `dimension` coordinates; `rows_kept` are the file's rows that were
+    /// read, where some were not.
     pub fn new(
         geodesics: Geodesics<D, S>,
         dimension: usize,
         pairs: Vec<[End; 2]>,
-    ) -> Result<Self, Failure> {
+        rows_kept: Option<&[usize]>,
+    ) -> Self {
         let locate = |named: End| {
-            if let End::Point(point) = &named
-                && point.len() != dimension
-            {
-                return Err(Failure::End {
-                    end: named.to_string(),
-                    reason: format!(
-                        "found {} coordinates, expected {dimension} as the surface's points have",
-                        point.len()
-                    ),
-                });
-            }
-            match geodesics.surface().locate(&named) {
-                Ok((node, moved)) => Ok(EndNode { named, node, moved }),
-                Err(error) => Err(Failure::End {
-                    end: named.to_string(),
-                    reason: error.to_string(),
-                }),
-            }
+            let located = match (&named, rows_kept) {
+                (End::Point(point), _) if point.len() != dimension => Err(format!(
+                    "found {} coordinates, expected {dimension} as the surface's points have",
+                    point.len()
+                )),
+                (End::Row(row), Some(rows)) => row_read(*row, rows)
+                    .and_then(|position| on_surface(geodesics.surface(), &End::Row(position))),
+                (end, _) => on_surface(geodesics.surface(), end),
+            };
+            EndNode { named, located }
         };
-        let pairs = pairs
-            .into_par_iter()
-            .map(|[from, to]| Ok([locate(from)?, locate(to)?]))
-            .collect::<Vec<Result<_, Failure>>>();
-        Ok(Self {
-            // Collected in two steps so that of several errors the first is told.
-            pairs: pairs.into_iter().collect::<Result<_, _>>()?,
+        let pairs = pairs.into_par_iter().map(|pair| pair.map(locate)).collect();
+        Self {
             geodesics,
             dimension,
-        })
+            pairs,
+        }
     }
+
+    fn paths(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        request: &Request,
+    ) -> Vec<FoundPath> {
+        let surface = self.geodesics.surface();
+        let mut paths = match request.alternatives {
+            0 => vec![self.geodesics.path(from, to, &request.correction)],
+            more => self
+                .geodesics
+                .alternatives(from, to, &request.correction, more + 1),
+        };
+        if paths.is_empty() {
+            paths.push(Path::none());
+        }
+        let found = |path: &Path<D>| {
+            let mut found = FoundPath::new(path, &surface.centre(), self.dimension);
+            found.surface_error = found
+                .surface_error
+                .filter(|_| surface.estimates_its_error());
+            found
+        };
+        paths.iter().map(found).collect()
+    }
+}
+
+/// The position of a file's row among those that were read.
+fn row_read(row: usize, rows_kept: &[usize]) -> Result<usize, String> {
+    rows_kept.binary_search(&row).map_err(|_| {
+        "the row is not among those read (left out by --class, marked invalid, or past the end)"
+            .to_owned()
+    })
+}
+
+fn on_surface<const D: usize, S: Locate<D>>(
+    surface: &S,
+    end: &End,
+) -> Result<(Node<D, S::Place>, f64), String> {
+    surface.locate(end).map_err(|error| error.to_string())
 }
 
 impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
@@ -156,34 +186,24 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
     }
 
     fn answer(&self, pair: usize, request: &Request) -> Answer {
-        let surface = self.geodesics.surface();
-        let centre = surface.centre();
-        let [from, to] = &self.pairs[pair];
-        let (from, to) = (&from.node, &to.node);
-        let paths = match request.alternatives {
-            0 => vec![self.geodesics.path(from, to, &request.correction)],
-            more => self
-                .geodesics
-                .alternatives(from, to, &request.correction, more + 1),
+        let centre = self.geodesics.surface().centre();
+        let ends = self.pairs[pair].each_ref();
+        let mut paths = match ends.map(|end| &end.located) {
+            [Ok((from, _)), Ok((to, _))] => self.paths(from, to, request),
+            _ => vec![FoundPath {
+                outcome: Outcome::UnusableEnd,
+                ..FoundPath::new(&Path::none(), &centre, self.dimension)
+            }],
         };
-        let found = |path: &Path<D>| {
-            let mut found = FoundPath::new(path, &centre, self.dimension);
-            found.surface_error = found
-                .surface_error
-                .filter(|_| surface.estimates_its_error());
-            found
-        };
-        let mut paths = paths.iter().map(found);
         Answer {
-            path: paths.next().unwrap_or_else(|| found(&Path::none())),
-            alternatives: paths.collect(),
-            ends: std::array::from_fn(|i| {
-                let EndNode { named, node, moved } = &self.pairs[pair][i];
-                LocatedEnd {
-                    named: named.clone(),
+            path: paths.remove(0),
+            alternatives: paths,
+            ends: ends.map(|end| LocatedEnd {
+                named: end.named.clone(),
+                place: end.located.clone().map(|(node, moved)| Place {
                     point: coordinates(&(node.point + centre), self.dimension),
-                    moved: *moved,
-                }
+                    moved,
+                }),
             }),
         }
     }

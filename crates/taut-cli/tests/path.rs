@@ -272,6 +272,31 @@ fn two_pieces_have_no_path_between_them() {
 }
 
 #[test]
+fn a_pair_that_cannot_be_used_leaves_the_others_their_answers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    write_points(&file, &sphere(500, [0.0; 3], 1));
+    let file = file.to_str().expect("UTF-8");
+    let pairs = "0 1\n2 500\n3 4\n";
+    let arguments = ["path", file, "--pairs", "-"];
+    let output = taut_reading(&[&arguments[..], &["--json"]].concat(), pairs);
+    assert!(text(&output.stderr).contains("500"), "the end is named");
+    let found = objects(&output, 3);
+    let statuses: Vec<_> = found.iter().map(|pair| pair["status"].clone()).collect();
+    assert_eq!(statuses, ["converged", "unusable-end", "converged"]);
+    assert!(found[1]["length"].is_null() && found[1]["to"]["point"].is_null());
+    assert!(
+        found[1]["to"]["reason"]
+            .as_str()
+            .is_some_and(|reason| reason.contains("fewer rows"))
+    );
+    let table = taut_reading(&arguments, pairs);
+    assert_eq!(code(&table), 3);
+    let rows: Vec<&str> = text(&table.stdout).lines().skip(1).collect();
+    assert!(rows[1].starts_with("2\t500\tNaN\t"), "{}", rows[1]);
+}
+
+#[test]
 fn a_tolerance_below_rounding_does_not_converge() {
     let shape = ["path", "--shape", "torus:1,0.4", "--tol", "1e-16", "--json"];
     let ends = ["--from", "1.4,0,0", "--to=-0.6,0.1,0"];

@@ -31,10 +31,9 @@ struct Workspace<const D: usize, P> {
 
 /// Guesses looked at for the shortest path.
 const GUESSES: usize = 8;
-/// Straightened guesses within this factor of the shortest are pulled taut to the tolerance ...
+/// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
+/// that could still win by what pulling taut has changed so far.
 const CLOSE: f64 = 1.003;
-/// ... and within this one on a surface with detail that the first polyline does not see.
-const CLOSE_WITH_DETAIL: f64 = 1.1;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 
@@ -79,12 +78,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Node<D, S::Place>,
         settings: &Settings,
     ) -> Path<D> {
-        let close = if self.surface.detail() > 0.0 {
-            CLOSE_WITH_DETAIL
-        } else {
-            CLOSE
-        };
-        self.search(from, to, settings, GUESSES, DETOUR, close)
+        self.search(from, to, settings, GUESSES, DETOUR, CLOSE)
             .into_iter()
             .next()
             .unwrap_or_else(Path::none)
@@ -146,21 +140,25 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         };
         let mut paths: Vec<Path<D>> = Vec::new();
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
+        let mut longest = close * shortest;
+        let mut change: f64 = 0.0;
         for candidate in straight {
             let taut = &candidate.taut;
-            if taut.length() > close * shortest {
+            let straight_length = taut.length();
+            if straight_length > longest {
                 break;
             }
             if kept.iter().any(|other| other.runs_with(taut, SAME_LENGTH)) {
                 continue;
             }
             kept.push(taut.clone());
-            paths.push(correction::tighten(
-                &self.surface,
-                candidate,
-                settings,
-                solver,
-            ));
+            let path = correction::tighten(&self.surface, candidate, settings, solver);
+            if straight_length > 0.0 {
+                change = change.max((path.length / straight_length - 1.0).abs());
+            }
+            let best = paths.iter().map(|p| p.length).fold(path.length, f64::min);
+            longest = longest.max((1.0 + change) * best);
+            paths.push(path);
         }
         paths.sort_by(|a, b| {
             // A path that converged is trusted before one that did not.

@@ -1,13 +1,18 @@
-//! A balanced k-d tree in leaf order, split at the median of the widest axis.
+//! A balanced k-d tree in leaf order, split at the median of the widest principal axis, so that the
+//! leaves turn with the points.
 //!
 //! Source: Friedman, Bentley, Finkel (1977); the incremental distance of Arya and Mount (1993).
 
 use std::ops::Range;
 
-use crate::Vector;
+use crate::spatial::principal;
+use crate::{Matrix, Vector};
 
 /// Most points of a leaf; leaves hold more than half of it.
 pub(crate) const LEAF: usize = 16;
+
+/// Coordinates along the axes are rounded: a point as near as the limit is not to be missed.
+const ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Split {
@@ -22,6 +27,8 @@ pub(crate) struct Tree<const D: usize> {
     pub points: Vec<Vector<D>>,
     /// For each point in leaf order, its index in the input.
     pub order: Vec<u32>,
+    /// The rows are the directions split along.
+    axes: Matrix<D>,
     splits: Vec<Split>,
     levels: u32,
 }
@@ -40,13 +47,15 @@ impl<const D: usize> Tree<D> {
         while points.len() >> levels > LEAF || (points.len() - 1) >> levels >= LEAF {
             levels += 1;
         }
-        let mut entries: Vec<(Vector<D>, u32)> = points.iter().copied().zip(0..).collect();
+        let axes = principal::axes(points);
+        let mut entries: Vec<(Vector<D>, u32)> = points.iter().map(|p| axes * p).zip(0..).collect();
         let mut splits = vec![Split::default(); 1 << levels];
         build(&mut entries, &mut splits, 1, levels);
-        let (points, order) = entries.into_iter().unzip();
+        let order: Vec<u32> = entries.iter().map(|entry| entry.1).collect();
         Self {
-            points,
+            points: order.iter().map(|i| points[*i as usize]).collect(),
             order,
+            axes,
             splits,
             levels,
         }
@@ -70,6 +79,7 @@ impl<const D: usize> Tree<D> {
         let mut search = Search {
             tree: self,
             x,
+            along: self.axes * x,
             count,
             limit: f64::INFINITY,
             found,
@@ -130,6 +140,8 @@ fn merge(splits: &mut [Split], other: &[Split], node: usize) {
 struct Search<'a, const D: usize> {
     tree: &'a Tree<D>,
     x: &'a Vector<D>,
+    /// The coordinates of `x` along the tree's axes.
+    along: Vector<D>,
     count: usize,
     limit: f64,
     /// A max-heap by squared distance while searching.
@@ -153,7 +165,7 @@ impl<const D: usize> Search<'_, D> {
         }
         let split = self.tree.splits[node];
         let axis = split.axis as usize;
-        let gap = self.x[axis] - split.value;
+        let gap = self.along[axis] - split.value;
         let middle = (range.start + range.end) / 2;
         let (near, far) = if gap < 0.0 {
             (
@@ -169,7 +181,7 @@ impl<const D: usize> Search<'_, D> {
         self.descend(near.0, level + 1, near.1, squared, offset);
         let old = offset[axis];
         let farther = squared - old * old + gap * gap;
-        if farther <= self.limit {
+        if farther <= self.limit * (1.0 + ROUNDING) {
             offset[axis] = gap;
             self.descend(far.0, level + 1, far.1, farther, offset);
             offset[axis] = old;

@@ -7,6 +7,7 @@
 
 use std::ops::RangeInclusive;
 
+use crate::spatial::principal;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::fit::{LeastSquares, Samples};
 use crate::surface::atlas::polynomial::Monomials;
@@ -264,16 +265,8 @@ struct Principal<const D: usize> {
 impl<const D: usize> Principal<D> {
     /// `None` where fewer than k directions have extent.
     fn new(tree: &Tree<D>, found: &[Neighbour], k: usize) -> Option<Self> {
-        let count = found.len() as f64;
-        let mean = found.iter().fold(Vector::<D>::zeros(), |sum, n| {
-            sum + tree.points[n.index as usize]
-        }) / count;
-        let mut covariance = Matrix::<D>::zeros();
-        for n in found {
-            let offset = tree.points[n.index as usize] - mean;
-            covariance += offset * offset.transpose();
-        }
-        let (values, vectors) = eigen(&covariance)?;
+        let points = found.iter().map(|n| tree.points[n.index as usize]);
+        let (values, vectors) = principal::eigen(&principal::scatter(points))?;
         let mut order: [usize; D] = std::array::from_fn(|i| i);
         order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
         let frame = Matrix::<D>::from_fn(|row, column| vectors[(row, order[column])]);
@@ -287,24 +280,6 @@ impl<const D: usize> Principal<D> {
             flatness: (across / along).sqrt(),
         })
     }
-}
-
-/// Eigenvalues and eigenvectors of a symmetric matrix. In space the size is known to the solver.
-fn eigen<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix<D>)> {
-    if D == 3 {
-        let fixed = nalgebra::Matrix3::from_column_slice(matrix.as_slice());
-        let eigen = nalgebra::SymmetricEigen::try_new(fixed, f64::EPSILON, 200)?;
-        return Some((
-            Vector::from_column_slice(eigen.eigenvalues.as_slice()),
-            Matrix::from_column_slice(eigen.eigenvectors.as_slice()),
-        ));
-    }
-    let dynamic = nalgebra::DMatrix::from_column_slice(D, D, matrix.as_slice());
-    let eigen = nalgebra::SymmetricEigen::try_new(dynamic, f64::EPSILON, 200)?;
-    Some((
-        Vector::from_column_slice(eigen.eigenvalues.as_slice()),
-        Matrix::from_column_slice(eigen.eigenvectors.as_slice()),
-    ))
 }
 
 /// The near neighbours of a seed in space, as offsets in spacings: which planes do they surround it on?
