@@ -120,14 +120,16 @@ impl Tape {
     }
 
     fn run_short(&self, point: &[f64], code: &[Instruction<u8>], slots: &mut [f64; SHORT]) {
-        let mut next = 0_u8;
-        for value in point.iter().chain(&self.constants) {
-            slots[next as usize] = *value;
-            next = next.wrapping_add(1);
-        }
+        let given = point.len();
+        slots[..given].copy_from_slice(point);
+        slots[given..given + self.constants.len()].copy_from_slice(&self.constants);
+        let mut next = (given + self.constants.len()) as u8;
         for instruction in code {
-            let [a, b, c] = instruction.operands.map(|slot| slots[slot as usize]);
-            slots[next as usize] = instruction.operation.apply(a, b, c);
+            let operand = |i: usize| slots[instruction.operands[i] as usize];
+            let result = instruction
+                .operation
+                .apply(operand(0), operand(1), operand(2));
+            slots[next as usize] = result;
             next = next.wrapping_add(1);
         }
     }

@@ -80,7 +80,7 @@ const COARSE_SEGMENTS: usize = 8;
 /// Times that the first polyline is made finer because a segment left the surface.
 const MOST_COARSE_LEVELS: usize = 4;
 /// Turning per element of the final path, radians.
-const ELEMENT_TURNING: f64 = 1.2;
+const ELEMENT_TURNING: f64 = 1.6;
 /// Relative error of a straightened polyline's length, by arcs (19) on segments of that turning.
 const COARSE_ERROR: f64 = 0.01;
 const MOST_STEPS: usize = 25;
@@ -164,7 +164,7 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
         return finish(surface, taut, Status::Converged, 0.0, solver);
     }
     let digits = -settings.tolerance.log10();
-    let degree = ((2.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
+    let degree = ((3.0 + 0.8 * digits).round() as usize).clamp(4, element::MAXIMUM_DEGREE - 2);
     let detail = surface.detail();
     let by_detail = if detail > 0.0 {
         profile.length / detail

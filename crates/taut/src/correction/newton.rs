@@ -374,10 +374,12 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             if resolution > 0.0 && length > LONGEST_STEP * resolution {
                 return None;
             }
-            let mut target = node.point;
+            let mut along = Vector::zeros();
             for (tangent, s) in self.tangents[i].iter().zip(step) {
-                target += tangent * *s;
+                along += tangent * *s;
             }
+            // Second order already, so that the pull-back has little left to do.
+            let target = node.point + along + self.geometries[i].bend(&along) * 0.5;
             node.point = surface.foot(&target, &mut node.place, &mut self.scratch)?;
         }
         std::mem::swap(&mut curve.nodes, &mut self.trial);

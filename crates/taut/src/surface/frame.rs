@@ -102,6 +102,11 @@ impl<const D: usize> Geometry<D> {
     /// J^+ F, the step (12) back to the surface, from [`values`](Self::values) and
     /// [`gradients`](Self::gradients) alone; `None` where [`factor`](Self::factor) would fail.
     pub(crate) fn step_off(&mut self) -> Option<Vector<D>> {
+        if let ([value], [gradient]) = (&self.values[..], &self.gradients[..]) {
+            let squared = gradient.norm_squared();
+            let regular = squared > 0.0 && squared.is_finite();
+            return regular.then(|| gradient * (value / squared));
+        }
         let reflectors = self.triangularise()?;
         let mut x = Vector::<D>::zeros();
         x.as_mut_slice()[..self.codimension]

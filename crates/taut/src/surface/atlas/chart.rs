@@ -91,7 +91,13 @@ impl<const D: usize> Chart<D> {
     }
 
     /// Values, gradients and, if asked for, Hessians of the m equations at `x`.
-    pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, hessians: bool, out: &mut ChartJet<D>) {
+    #[inline]
+    pub fn jet<const HESSIANS: bool>(
+        &self,
+        monomials: &Monomials,
+        x: &Vector<D>,
+        out: &mut ChartJet<D>,
+    ) {
         let k = monomials.variables;
         let m = D - k;
         let (local, u) = self.coordinates(k, x);
@@ -107,7 +113,7 @@ impl<const D: usize> Chart<D> {
                 slope -= self.frame.column(m + j) * (gradient[j] * inverse);
             }
             out.gradient[a] = slope;
-            if hessians {
+            if HESSIANS {
                 let mut sum = Matrix::zeros();
                 for i in 0..k {
                     let mut row = Vector::zeros();

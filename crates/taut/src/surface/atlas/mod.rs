@@ -174,18 +174,18 @@ impl<const D: usize> Atlas<D> {
 
     /// The blend F = sum_c phi_c s_c f_c / sum_c phi_c with its derivatives, of the charts known at
     /// `home`; beyond all supports the home chart alone.
-    fn blend(&self, x: &Vector<D>, home: ChartIndex, hessians: bool, out: &mut Geometry<D>) {
+    fn blend<const HESSIANS: bool>(&self, x: &Vector<D>, home: ChartIndex, out: &mut Geometry<D>) {
         let m = out.codimension;
         out.values.fill(0.0);
         out.gradients.fill(Vector::zeros());
-        if hessians {
+        if HESSIANS {
             out.hessians.fill(Matrix::zeros());
         }
         let home_chart = &self.charts[home as usize];
         let mut jet = ChartJet::new();
         let mut total = Weight::zero();
         let any = self.overlapping(x, home, |chart, side, offset, inside| {
-            chart.jet(&self.monomials, x, hessians, &mut jet);
+            chart.jet::<HESSIANS>(&self.monomials, x, &mut jet);
             let weight = Weight::new(inside, &offset, chart.radius);
             total.add(&weight);
             for a in 0..m {
@@ -199,7 +199,7 @@ impl<const D: usize> Atlas<D> {
                     out.values[a] += weight.value * value;
                     out.gradients[a] +=
                         jet.gradient[b] * (alignment * weight.value) + weight.gradient * value;
-                    if hessians {
+                    if HESSIANS {
                         let cross = jet.gradient[b] * weight.gradient.transpose() * alignment;
                         out.hessians[a] += jet.hessian[b] * (alignment * weight.value)
                             + cross
@@ -210,10 +210,10 @@ impl<const D: usize> Atlas<D> {
             }
         });
         if !any {
-            home_chart.jet(&self.monomials, x, hessians, &mut jet);
+            home_chart.jet::<HESSIANS>(&self.monomials, x, &mut jet);
             out.values.copy_from_slice(&jet.value[..m]);
             out.gradients.copy_from_slice(&jet.gradient[..m]);
-            if hessians {
+            if HESSIANS {
                 out.hessians.copy_from_slice(&jet.hessian[..m]);
             }
             return;
@@ -222,7 +222,7 @@ impl<const D: usize> Atlas<D> {
         for a in 0..m {
             let value = out.values[a] * inverse;
             let gradient = (out.gradients[a] - total.gradient * value) * inverse;
-            if hessians {
+            if HESSIANS {
                 let cross = gradient * total.gradient.transpose();
                 out.hessians[a] -= cross + cross.transpose() + total.hessian * value;
                 out.hessians[a] *= inverse;
@@ -294,7 +294,7 @@ impl<const D: usize> LevelSet<D> for Atlas<D> {
     }
 
     fn gradients(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) {
-        self.blend(x, place, false, out);
+        self.blend::<false>(x, place, out);
     }
 
     fn reach(&self, place: ChartIndex) -> f64 {
@@ -319,7 +319,7 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     }
 
     fn geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
-        self.blend(x, place, true, out);
+        self.blend::<true>(x, place, out);
         out.factor()
     }
 
