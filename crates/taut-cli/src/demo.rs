@@ -106,7 +106,7 @@ fn write(
             writeln!(
                 out,
                 "{:<14}{exact:<18.12}{:<46}{}",
-                "inf",
+                "none",
                 "",
                 path.outcome.word()
             )?;

@@ -57,10 +57,10 @@ fn write_rows(out: &mut impl Write, alternatives: bool, answer: &Answer) -> io::
     let [from, to] = &answer.ends;
     let moved = |end: &LocatedEnd| end.place.as_ref().map_or(f64::NAN, |place| place.moved);
     for (index, path) in answer.paths().enumerate() {
-        // Points that no path connects are infinitely far apart; of an unusable one nothing is known.
+        // Points that no path connects are infinitely far apart; of others nothing is known.
         let without_length = match path.outcome {
-            Outcome::Asked(_) => f64::INFINITY,
-            Outcome::UnusableEnd => f64::NAN,
+            Outcome::Asked(Status::NoPath) => f64::INFINITY,
+            _ => f64::NAN,
         };
         write!(out, "{}\t{}\t", from.named, to.named)?;
         if alternatives {
@@ -116,7 +116,11 @@ fn moved_by(end: &LocatedEnd) -> String {
 
 fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
     let Some(length) = path.length else {
-        return line(out, "length", "inf (no path connects the two points)");
+        let why = match path.outcome {
+            Outcome::Asked(Status::NoPath) => "inf (no path connects the two points)",
+            _ => "unknown (no path could be followed on the surface)",
+        };
+        return line(out, "length", why);
     };
     line(out, "length", &with_errors(length, path))?;
     line(out, "status", path.outcome.word())?;

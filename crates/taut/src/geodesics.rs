@@ -9,7 +9,7 @@ use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{self, DETOUR};
-use crate::result::Path;
+use crate::result::{Path, Status};
 use crate::surface::Node;
 
 /// A surface made ready for many path queries.
@@ -136,7 +136,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             .collect();
         straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
         let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
-            return Vec::new();
+            // Where there are guesses the points are connected, if by none that can be followed.
+            return guesses.first().map(|_| Path::lost()).into_iter().collect();
         };
         let mut paths: Vec<Path<D>> = Vec::new();
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
@@ -145,7 +146,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         for candidate in straight {
             let taut = &candidate.taut;
             let straight_length = taut.length();
-            if straight_length > longest {
+            let usable = paths.iter().any(|path| path.status != Status::OffSurface);
+            if usable && straight_length > longest {
                 break;
             }
             if kept.iter().any(|other| other.runs_with(taut, SAME_LENGTH)) {
@@ -161,10 +163,9 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             paths.push(path);
         }
         paths.sort_by(|a, b| {
-            // A path that converged is trusted before one that did not.
-            (!a.converged(), a.length)
-                .partial_cmp(&(!b.converged(), b.length))
-                .unwrap_or(std::cmp::Ordering::Equal)
+            distrust(a)
+                .cmp(&distrust(b))
+                .then(a.length.total_cmp(&b.length))
         });
         paths
     }
@@ -198,5 +199,14 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                     .collect()
             })
             .collect()
+    }
+}
+
+/// A path that converged is trusted before one that did not, and one that left the surface last.
+fn distrust<const D: usize>(path: &Path<D>) -> u8 {
+    match path.status {
+        Status::Converged => 0,
+        Status::NotTaut | Status::NotResolved => 1,
+        Status::OffSurface | Status::NoPath => 2,
     }
 }

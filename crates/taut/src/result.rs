@@ -45,7 +45,7 @@ impl fmt::Display for Status {
 pub struct Path<const D: usize> {
     /// How the query ended.
     pub status: Status,
-    /// Length of the path; infinite where there is none.
+    /// Length of the path; infinite where there is none, not a number where it is unknown.
     pub length: f64,
     /// Estimated absolute error of the length against the geodesic of the same surface.
     pub length_error: f64,
@@ -84,6 +84,17 @@ impl<const D: usize> Path<D> {
             points: Vec::new(),
             normals: Vec::new(),
             arc_length: Vec::new(),
+        }
+    }
+
+    /// The answer where the points are connected but no guess could be followed: of unknown length.
+    #[must_use]
+    pub fn lost() -> Self {
+        Self {
+            status: Status::OffSurface,
+            length: f64::NAN,
+            length_error: f64::INFINITY,
+            ..Self::none()
         }
     }
 
