@@ -87,7 +87,7 @@ impl<const D: usize> MovingLeastSquares<D> {
             return Err(BadSpacing { found: h, largest });
         }
         let mut cells = vec![Vec::new(); atlas.charts.len()];
-        for (point, owner) in (0..).zip(&atlas.owners) {
+        for (point, owner) in (0..atlas.cloud.points.len() as u32).zip(&atlas.owners) {
             cells[*owner as usize].push(point);
         }
         let extents: Vec<f64> = cells

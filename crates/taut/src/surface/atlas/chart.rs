@@ -1,6 +1,7 @@
 //! A chart: a polynomial height over a tangent plane, valid within a radius.
 
 use crate::surface::atlas::polynomial::Monomials;
+use crate::surface::atlas::scale::NOISY;
 use crate::{Matrix, Vector};
 
 /// A local graph of the surface: heights over a tangent plane, one polynomial per normal.
@@ -54,6 +55,11 @@ impl<const D: usize> Chart<D> {
             u[j] = local[D - k + j] * inverse;
         }
         (local, u)
+    }
+
+    /// Its points lie on it but for a small share of a spacing.
+    pub fn clean(&self) -> bool {
+        self.residual <= NOISY * self.spacing
     }
 
     /// Height above the chart's own surface, per normal: positive along it.

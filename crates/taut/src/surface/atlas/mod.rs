@@ -12,6 +12,7 @@ mod links;
 pub(crate) mod polynomial;
 pub mod report;
 pub(crate) mod rim;
+mod rows;
 mod scale;
 pub(crate) mod sheets;
 
@@ -39,7 +40,7 @@ const CROSSING: f64 = 0.75;
 pub struct Atlas<const D: usize> {
     pub(crate) cloud: Cloud<D>,
     pub(crate) charts: Vec<Chart<D>>,
-    /// The chart of each point of the cloud.
+    /// The chart of each point of the cloud, and then of those put between rows of them.
     pub(crate) owners: Vec<u32>,
     /// For each chart, the charts that may overlap its cell, nearest first, itself first.
     pub(crate) neighbours: Lists,
@@ -52,6 +53,7 @@ pub struct Atlas<const D: usize> {
     outliers: usize,
     /// See [`Surface::detail`].
     detail: f64,
+    /// Holds the points of the cloud, and then those put between rows of them.
     pub(crate) tree: crate::spatial::tree::Tree<D>,
 }
 

@@ -45,9 +45,8 @@ pub(super) fn fit<const D: usize>(
         let fitted = fit_chart(&sheet, &neighbourhood, workspace)?;
         Some((fitted, neighbourhood.members))
     };
-    let clean = |f: &Fitted<D>| f.chart.residual <= NOISY * f.chart.spacing;
     let first = match fit(usual) {
-        Some((fitted, members)) if clean(&fitted) => return Some((fitted.chart, members)),
+        Some((fitted, members)) if fitted.chart.clean() => return Some((fitted.chart, members)),
         other => other,
     };
     let residual = |f: &Option<(Fitted<D>, Vec<u32>)>| {

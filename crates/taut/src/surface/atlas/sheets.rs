@@ -35,7 +35,7 @@ const SURROUNDING_POINTS: usize = 24;
 /// ... the height over it up to which they count as on it, in spacings, ...
 const THICKNESS: f64 = 0.5;
 /// ... the directions in it that are told apart, ...
-const SECTORS: usize = 8;
+pub(super) const SECTORS: usize = 8;
 /// ... and how many of them hold points where the plane is the sheet's.
 const SURROUNDED: usize = 6;
 
@@ -206,7 +206,7 @@ impl<const D: usize> Workspace<D> {
 }
 
 /// The distance of neighbouring points if spread evenly, from the eighth-nearest neighbour.
-fn spacing(found: &[Neighbour], k: usize) -> f64 {
+pub(super) fn spacing(found: &[Neighbour], k: usize) -> f64 {
     let last = found.len().min(9) - 1;
     let ball = unit_ball(k);
     found[last].squared.sqrt() * (ball / last as f64).powf(1.0 / k as f64)
@@ -309,11 +309,9 @@ impl<const D: usize> Around<D> {
             let height = offset.dot(&frame.column(0)) / THICKNESS;
             if height.abs() < 1.0 {
                 let (x, y) = (offset.dot(&frame.column(1)), offset.dot(&frame.column(2)));
-                let sector = usize::from(y < 0.0) * 4
-                    + usize::from(x < 0.0) * 2
-                    + usize::from(x.abs() < y.abs());
                 let weight = (1.0 - height * height) / (1.0 + offset.norm_squared());
-                sectors[sector] = sectors[sector].max(weight);
+                let sector = &mut sectors[sector(x, y)];
+                *sector = sector.max(weight);
             }
         }
         sectors
@@ -357,6 +355,11 @@ impl<const D: usize> Around<D> {
         let members: Vec<u32> = on_plane.map(|(place, _)| place).collect();
         (members.len() >= 4).then_some((members, frame))
     }
+}
+
+/// The one of [`SECTORS`] in which a direction of a plane lies.
+pub(super) fn sector(x: f64, y: f64) -> usize {
+    usize::from(y < 0.0) * 4 + usize::from(x < 0.0) * 2 + usize::from(x.abs() < y.abs())
 }
 
 /// The number of sectors with a weight.
