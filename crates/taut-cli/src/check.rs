@@ -53,6 +53,7 @@ pub struct PointFacts {
     pub other_sheet: Option<f64>,
     pub rim_length: f64,
     pub outliers: usize,
+    pub points_between_rows: usize,
 }
 
 /// Tells what the surface is like.
@@ -104,6 +105,7 @@ fn cloud_facts<const D: usize>(
         other_sheet: report.other_sheet,
         rim_length: report.rim_length,
         outliers: report.outliers,
+        points_between_rows: report.points_between_rows,
     };
     let components = clouds::component_points(atlas);
     Ok(Facts {
@@ -186,6 +188,12 @@ fn surface_doubts(points: &PointFacts) -> Vec<String> {
         warnings.push(format!(
             "{} of {} points are outliers that no chart fits; remove them, or do not start paths there",
             points.outliers, points.points
+        ));
+    }
+    if points.points_between_rows > 0 {
+        warnings.push(format!(
+            "the points lie in rows far apart, and {} more were put between them: how good these are no error estimate knows",
+            points.points_between_rows
         ));
     }
     warnings
@@ -286,6 +294,7 @@ mod tests {
             other_sheet: Some(2.1),
             rim_length: 1.0,
             outliers: 10,
+            points_between_rows: 0,
         }
     }
 
@@ -293,13 +302,17 @@ mod tests {
     fn each_doubt_has_its_warning() {
         assert_eq!(warnings(&healthy(), &[1000]), [""; 0]);
         type Spoil = fn(&mut PointFacts);
-        let doubts: [(Spoil, &str); 4] = [
+        let doubts: [(Spoil, &str); 5] = [
             (
                 |facts| facts.other_sheet = Some(1.94),
                 "as near as 1.9 spacings",
             ),
             (|facts| facts.noise = 0.06, "0.60 spacings off"),
             (|facts| facts.spacing[2] = 0.48, "varies 6.0-fold"),
+            (
+                |facts| facts.points_between_rows = 120,
+                "120 more were put between",
+            ),
             (
                 |facts| facts.outliers = 11,
                 "11 of 1000 points are outliers",

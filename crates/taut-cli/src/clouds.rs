@@ -119,7 +119,7 @@ fn of_atlas<const D: usize>(
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<D>(name, points, model, progress)?;
-    note_dropped(name, atlas.cloud(), progress);
+    note_changes(name, &atlas, progress);
     let geodesics = Geodesics::of_atlas(atlas);
     let rows_kept = points.rows_kept.as_deref();
     let located = Located::new(geodesics, points.dimension, pairs, rows_kept);
@@ -134,7 +134,7 @@ fn of_mls(
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<3>(name, points, model, progress)?;
-    note_dropped(name, atlas.cloud(), progress);
+    note_changes(name, &atlas, progress);
     let geodesics = Geodesics::of_mls(atlas, None)
         .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
     let rows_kept = points.rows_kept.as_deref();
@@ -142,8 +142,9 @@ fn of_mls(
     Ok(Box::new(located))
 }
 
-fn note_dropped<const D: usize>(name: &str, cloud: &Cloud<D>, progress: &Progress) {
-    let (non_finite, duplicates) = (cloud.non_finite, cloud.duplicates);
+/// Points dropped, merged and added.
+fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Progress) {
+    let (non_finite, duplicates) = (atlas.cloud().non_finite, atlas.cloud().duplicates);
     if non_finite > 0 {
         progress.note(&format!(
             "{name}: {non_finite} points dropped because a coordinate is not finite"
@@ -152,6 +153,12 @@ fn note_dropped<const D: usize>(name: &str, cloud: &Cloud<D>, progress: &Progres
     if duplicates > 0 {
         progress.note(&format!(
             "{name}: {duplicates} points share their place with another and count once"
+        ));
+    }
+    let added = atlas.points_between_rows();
+    if added > 0 {
+        progress.note(&format!(
+            "{name}: its points lie in rows far apart; {added} more were put between them, and how good these are no error estimate knows"
         ));
     }
 }

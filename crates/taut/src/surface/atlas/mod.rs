@@ -96,6 +96,13 @@ impl<const D: usize> Atlas<D> {
         &self.cloud
     }
 
+    /// The number of points put between rows of points that lie far apart. What surface these make is a
+    /// guess that no error estimate knows of.
+    #[must_use]
+    pub fn points_between_rows(&self) -> usize {
+        self.tree.points.len() - self.cloud.points.len()
+    }
+
     /// The node of an input row, pulled onto the surface.
     ///
     /// # Errors

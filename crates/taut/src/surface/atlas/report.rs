@@ -30,6 +30,8 @@ pub struct Report {
     pub rim_length: f64,
     /// Points that no chart fits: outliers.
     pub outliers: usize,
+    /// See [`Atlas::points_between_rows`].
+    pub points_between_rows: usize,
 }
 
 /// Spacings up to which another sheet is looked for.
@@ -60,6 +62,7 @@ impl<const D: usize> Atlas<D> {
             other_sheet: (!others.is_empty()).then(|| at(&others, 0.01)),
             rim_length: self.rim.length(),
             outliers: self.outliers,
+            points_between_rows: self.points_between_rows(),
         }
     }
 
