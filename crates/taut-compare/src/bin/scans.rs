@@ -75,9 +75,12 @@ fn main() -> Result<(), Failure> {
     results.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     let converged = results.iter().filter(|r| r.1 == "converged").count();
     let covered = results.iter().filter(|r| r.0.abs() <= r.6).count();
+    let mut signed: Vec<f64> = results.iter().map(|r| r.0).collect();
+    signed.sort_by(f64::total_cmp);
     println!(
-        "  {} pairs, converged {converged}, covered by surface_error {covered}, |difference| median {:.2e} p90 {:.2e} max {:.2e}",
+        "  {} pairs, converged {converged}, covered by surface_error {covered}, difference median {:.2e}, |difference| median {:.2e} p90 {:.2e} max {:.2e}",
         results.len(),
+        signed[signed.len() / 2],
         results[results.len() / 2].0.abs(),
         results[results.len() * 9 / 10].0.abs(),
         results[results.len() - 1].0.abs()

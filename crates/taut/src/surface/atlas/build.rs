@@ -10,7 +10,7 @@ use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::median;
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
-use crate::surface::atlas::scale::NOISY;
+use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
 use crate::surface::atlas::{Atlas, Lists, links, rows, scale};
 
@@ -76,10 +76,12 @@ impl<const D: usize> Atlas<D> {
             });
         }
         let charted = |tree: &Tree<D>| -> Vec<Built<D>> {
-            cells(tree)
+            let cells = cells(tree);
+            let gains = scale::gains(tree, &monomials, &cells);
+            cells
                 .into_par_iter()
                 .map_init(Workspace::default, |workspace, points| {
-                    cell(tree, &monomials, points, workspace)
+                    cell(tree, &monomials, gains, points, workspace)
                 })
                 .flatten_iter()
                 .collect()
@@ -169,6 +171,7 @@ fn grid<const D: usize>(tree: &Tree<D>, intervals: &[f64; D]) -> Vec<Vec<u32>> {
 fn cell<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
+    gains: Gains,
     mut left: Vec<u32>,
     workspace: &mut Workspace<D>,
 ) -> Vec<Built<D>> {
@@ -185,7 +188,7 @@ fn cell<const D: usize>(
         else {
             break;
         };
-        let fitted = scale::fit(tree, monomials, seed, workspace);
+        let fitted = scale::fit(tree, monomials, gains, seed, workspace);
         let Some((mut chart, members)) = fitted.filter(|(_, members)| members.contains(&seed))
         else {
             // An outlier, or no surface here: adopted by a chart later.

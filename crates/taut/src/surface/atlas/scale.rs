@@ -1,8 +1,10 @@
 //! The scale of a chart: how many points it is fitted to, and with which degree.
 
+use rayon::prelude::*;
+
 use crate::spatial::tree::Tree;
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::links::STEEPEST;
+use crate::surface::atlas::links::{STEEPEST, median};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood, Sheet, Workspace};
 use crate::{Matrix, Vector};
@@ -16,16 +18,87 @@ const DEGREE_GAIN: f64 = 0.95;
 /// A degree is used where there are this many points for each coefficient: with fewer, a good
 /// leave-one-out error may be chance and the polynomial runs away between the points.
 const POINTS_A_COEFFICIENT: usize = 2;
-/// A smaller neighbourhood must bring it below this share of a larger one's.
-const SMALLER_GAIN: f64 = 0.7;
-/// Where residuals of neighbours do not agree it may be noise, which few points fit well by chance: a
-/// half and a quarter of the points must fit this much better.
-const HALF_GAIN: f64 = 0.65;
-const QUARTER_GAIN: f64 = 0.5;
+/// Charts by which a cloud's roughness is judged.
+const JUDGED: usize = 64;
+/// The scatter in spacings from which on smoothing detail away shows in lengths, ...
+const ROUGH: f64 = 0.1;
+/// ... and the share of it that half of the points leave where it is detail: of noise they leave all.
+const DETAIL_LEFT: f64 = 0.88;
 /// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
 const MISFIT: f64 = 0.35;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
 const RISE: f64 = 1.15;
+
+/// The share of a larger neighbourhood's leave-one-out error below which a smaller one is taken.
+#[derive(Clone, Copy)]
+pub(super) struct Gains {
+    smaller: f64,
+    /// Of half and a quarter of the points where the residuals of neighbours do not agree: that may be
+    /// noise, which few points fit well by chance.
+    half: f64,
+    quarter: f64,
+}
+
+/// On clouds whose roughness may be noise ...
+const CAUTIOUS: Gains = Gains {
+    smaller: 0.7,
+    half: 0.65,
+    quarter: 0.5,
+};
+/// ... and on those where it is detail.
+const DETAILED: Gains = Gains {
+    smaller: 0.85,
+    half: 0.85,
+    quarter: 0.75,
+};
+
+/// Judges whether a cloud's roughness is detail, which half of the points fit better, or may be noise,
+/// which they do not, from some of its cells (tree indices).
+pub(super) fn gains<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    cells: &[Vec<u32>],
+) -> Gains {
+    let judged: Vec<&Vec<u32>> = cells
+        .iter()
+        .step_by(cells.len().div_ceil(JUDGED).max(1))
+        .collect();
+    let usual = usual_points(monomials);
+    let residuals = |wanted: usize| -> Vec<Option<[f64; 2]>> {
+        judged
+            .par_iter()
+            .map_init(Workspace::default, |workspace, cell| {
+                let mut sheet = Sheet::new(tree, monomials, cell[cell.len() / 2]);
+                let neighbourhood = sheet.grow(wanted, workspace)?;
+                let chart = fit_chart(&sheet, &neighbourhood, workspace)?.chart;
+                Some([chart.residual, chart.spacing])
+            })
+            .collect()
+    };
+    let whole = residuals(usual);
+    let roughness = whole
+        .iter()
+        .flatten()
+        .map(|[residual, spacing]| residual / spacing);
+    if median(roughness) < ROUGH {
+        return CAUTIOUS;
+    }
+    let half = residuals(usual / 2);
+    let left = whole
+        .iter()
+        .zip(&half)
+        .filter_map(|(whole, half)| Some((*half)?[0] / (*whole)?[0]));
+    if median(left) < DETAIL_LEFT {
+        DETAILED
+    } else {
+        CAUTIOUS
+    }
+}
+
+/// Points of a chart's fit where nothing speaks for more or fewer.
+fn usual_points(monomials: &Monomials) -> usize {
+    3 * monomials.count(4) + 5
+}
 
 /// Fits the chart around a point; returns it with the points it was fitted to.
 ///
@@ -35,10 +108,11 @@ const RISE: f64 = 1.15;
 pub(super) fn fit<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
+    gains: Gains,
     seed: u32,
     workspace: &mut Workspace<D>,
 ) -> Option<(Chart<D>, Vec<u32>)> {
-    let usual = 3 * monomials.count(4) + 5;
+    let usual = usual_points(monomials);
     let mut sheet = Sheet::new(tree, monomials, seed);
     let mut fit = |wanted: usize| {
         let neighbourhood = sheet.grow(wanted, workspace)?;
@@ -55,11 +129,11 @@ pub(super) fn fit<const D: usize>(
     };
     let noise = first.as_ref().is_some_and(|f| f.0.misfit.abs() <= MISFIT);
     let mut detailed = None;
-    for (wanted, chance) in [(usual / 2, HALF_GAIN), (usual / 4 + 1, QUARTER_GAIN)] {
+    for (wanted, chance) in [(usual / 2, gains.half), (usual / 4 + 1, gains.quarter)] {
         let smaller = fit(wanted);
-        let gain = if noise { chance } else { SMALLER_GAIN };
+        let gain = if noise { chance } else { gains.smaller };
         if residual(&smaller) < gain * residual(&first)
-            && residual(&smaller) < SMALLER_GAIN * residual(&detailed)
+            && residual(&smaller) < gains.smaller * residual(&detailed)
         {
             detailed = smaller;
         }
