@@ -67,4 +67,17 @@ pub enum Error {
         /// Number of variables.
         dimension: usize,
     },
+    /// No source for particles to leave from.
+    #[error("no source: particles need a point of the surface to start from")]
+    NoSources,
+    /// Particles that drift off along a surface without end.
+    #[error(
+        "the surface goes on for more than {times} times its size of {size}; bound the part to cover"
+    )]
+    Endless {
+        /// Sizes from the first source.
+        times: f64,
+        /// The length taken for the surface's extent.
+        size: f64,
+    },
 }

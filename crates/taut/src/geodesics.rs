@@ -1,5 +1,9 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
+mod pairs;
+
+pub use pairs::Guess;
+
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::correction::newton::Solver;
@@ -113,15 +117,23 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         close: f64,
     ) -> Vec<Path<D>> {
-        let idle = self.locked_idle().pop();
-        let mut workspace = idle.unwrap_or_else(|| Workspace {
-            search: Search::new(&self.graph),
-            solver: Solver::new(D - self.surface.intrinsic_dimension()),
-        });
+        let mut workspace = self.take_workspace();
         let guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
         let paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
-        self.locked_idle().push(workspace);
+        self.put_back(workspace);
         paths
+    }
+
+    fn take_workspace(&self) -> Workspace<D, S::Place> {
+        let idle = self.locked_idle().pop();
+        idle.unwrap_or_else(|| Workspace {
+            search: Search::new(&self.graph),
+            solver: Solver::new(D - self.surface.intrinsic_dimension()),
+        })
+    }
+
+    fn put_back(&self, workspace: Workspace<D, S::Place>) {
+        self.locked_idle().push(workspace);
     }
 
     fn locked_idle(&self) -> MutexGuard<'_, Vec<Workspace<D, S::Place>>> {

@@ -1,0 +1,100 @@
+//! Many pairs at a time, and what a guess is worth before it is corrected.
+
+use rayon::prelude::*;
+
+use crate::correction::Settings;
+use crate::geodesics::Geodesics;
+use crate::guess::Guide;
+use crate::result::Path;
+use crate::surface::{Geometry, Node};
+
+/// A first guess: a curve on the surface through nodes of the graph.
+#[derive(Clone, Debug)]
+pub struct Guess<const D: usize, P> {
+    /// From end to end.
+    pub nodes: Vec<Node<D, P>>,
+    /// Length of the curve on the surface over the chords between them, which no geodesic exceeds.
+    pub length: f64,
+}
+
+/// Pieces that a chord is cut into to measure the curve over it; half as many tell the error.
+const PIECES: usize = 8;
+
+impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
+    /// The shortest way along the graph, `None` where there is none.
+    #[must_use]
+    pub fn guess(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+    ) -> Option<Guess<D, S::Place>> {
+        let mut workspace = self.take_workspace();
+        let mut guesses = self.guesses(from, to, 1, 1.0, &mut workspace.search);
+        self.put_back(workspace);
+        let nodes = guesses.pop()?;
+        let mut scratch = Geometry::new(D - self.surface.intrinsic_dimension());
+        let mut length = 0.0;
+        for pair in nodes.windows(2) {
+            length += over_chord(&self.surface, &pair[0], &pair[1], &mut scratch)?;
+        }
+        Some(Guess { nodes, length })
+    }
+
+    /// What `keep` makes of the shortest geodesic found from one node to each of others, in their order.
+    /// Independent of each other and in parallel.
+    pub fn from_one<T: Send>(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &[Node<D, S::Place>],
+        settings: &Settings,
+        keep: impl Fn(usize, Path<D>) -> T + Sync,
+    ) -> Vec<T> {
+        to.par_iter()
+            .enumerate()
+            .map(|(i, end)| keep(i, self.path(from, end, settings)))
+            .collect()
+    }
+
+    /// What `keep` makes of the shortest geodesic found between any two of n nodes: for i < j, pair
+    /// (i, j) comes after all (i', j) with i' < i and all (., j') with j' < j. In parallel; n (n - 1) / 2
+    /// corrections, each as [`path`](Self::path).
+    pub fn all_pairs<T: Send>(
+        &self,
+        nodes: &[Node<D, S::Place>],
+        settings: &Settings,
+        keep: impl Fn([usize; 2], Path<D>) -> T + Sync,
+    ) -> Vec<T> {
+        let pairs: Vec<[usize; 2]> = (0..nodes.len())
+            .flat_map(|j| (0..j).map(move |i| [i, j]))
+            .collect();
+        pairs
+            .into_par_iter()
+            .map(|pair| {
+                let [from, to] = pair.map(|i| &nodes[i]);
+                keep(pair, self.path(from, to, settings))
+            })
+            .collect()
+    }
+}
+
+/// Length of the curve of feet of a chord: chord sums of two resolutions, extrapolated.
+fn over_chord<const D: usize, S: Guide<D>>(
+    surface: &S,
+    from: &Node<D, S::Place>,
+    to: &Node<D, S::Place>,
+    scratch: &mut Geometry<D>,
+) -> Option<f64> {
+    let chord = to.point - from.point;
+    let mut points = Vec::with_capacity(PIECES + 1);
+    let mut place = from.place;
+    for i in 0..=PIECES {
+        let share = i as f64 / PIECES as f64;
+        points.push(surface.foot(&(from.point + chord * share), &mut place, scratch)?);
+    }
+    let sum = |stride: usize| -> f64 {
+        let corners: Vec<_> = points.iter().step_by(stride).collect();
+        corners.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+    };
+    let (fine, coarse) = (sum(1), sum(2));
+    Some(fine + (fine - coarse) / 3.0)
+}
