@@ -70,13 +70,13 @@ pub enum Error {
     /// No source for particles to leave from.
     #[error("no source: particles need a point of the surface to start from")]
     NoSources,
-    /// Particles that drift off along a surface without end.
+    /// Particles that find no end of room.
     #[error(
-        "the surface goes on for more than {times} times its size of {size}; bound the part to cover"
+        "the surface has room for more than {particles} particles at distances of {size}, its size: bound the part to cover"
     )]
     Endless {
-        /// Sizes from the first source.
-        times: f64,
+        /// Particles that it has room for.
+        particles: usize,
         /// The length taken for the surface's extent.
         size: f64,
     },

@@ -17,8 +17,8 @@ pub struct Guess<const D: usize, P> {
     pub length: f64,
 }
 
-/// Pieces that a chord is cut into to measure the curve over it; half as many tell the error.
-const PIECES: usize = 8;
+/// Pieces that a chord is cut into to measure the curve over it.
+const PIECES: usize = 16;
 
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// The shortest way along the graph, `None` where there is none.
@@ -77,7 +77,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     }
 }
 
-/// Length of the curve of feet of a chord: chord sums of two resolutions, extrapolated.
+/// Length of the curve of feet of a chord: chord sums, extrapolated by Romberg's scheme.
 fn over_chord<const D: usize, S: Guide<D>>(
     surface: &S,
     from: &Node<D, S::Place>,
@@ -93,8 +93,15 @@ fn over_chord<const D: usize, S: Guide<D>>(
     }
     let sum = |stride: usize| -> f64 {
         let corners: Vec<_> = points.iter().step_by(stride).collect();
-        corners.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+        let chords = corners.windows(2).map(|pair| (pair[1] - pair[0]).norm());
+        chords.sum()
     };
-    let (fine, coarse) = (sum(1), sum(2));
-    Some(fine + (fine - coarse) / 3.0)
+    let mut sums = [1, 2, 4, 8].map(sum);
+    for level in 1..sums.len() {
+        let factor = 4_f64.powi(level as i32) - 1.0;
+        for i in 0..sums.len() - level {
+            sums[i] += (sums[i] - sums[i + 1]) / factor;
+        }
+    }
+    Some(sums[0])
 }

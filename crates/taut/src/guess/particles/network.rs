@@ -8,11 +8,11 @@ use crate::error::Error;
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::graph::Graph;
+use crate::guess::particles::Settings;
 use crate::guess::particles::sampling::{crowding, fill};
 use crate::guess::particles::sources::Sources;
 use crate::guess::particles::swarm::{Swarm, neighbour_count};
 use crate::guess::particles::walk::walks;
-use crate::guess::particles::Settings;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::{Geometry, Node, Surface};
 
@@ -28,6 +28,16 @@ pub struct Network<const D: usize, S: Surface<D>> {
     steps: usize,
 }
 
+/// What the loop ends with.
+struct Drifted<'a, const D: usize, S: Surface<D>> {
+    swarm: Swarm<'a, D, S>,
+    joined: Sources,
+    meetings: Vec<Meeting>,
+    steps: usize,
+    /// Whether it ended because there was no room left.
+    covered: bool,
+}
+
 /// A meeting of two particles: each with the number of locations recorded by then.
 struct Meeting([(u32, usize); 2]);
 
@@ -41,12 +51,17 @@ const SCOUTS: usize = 300;
 const SCOUTS_PER_SOURCE: usize = 2;
 /// Steps after which the scouts are well enough spread for that.
 const SCOUT_STEPS: usize = 8;
+/// Epsilon is made this much larger than that tells, so that births end before the particles do.
+const SPARING: f64 = 1.1;
 /// Largest mean turning of the surface between neighbours, radians.
 const TURNING: f64 = 0.6;
-/// Steps without a birth or meeting after which there will be none: so many, and for each particle of a
-/// source this many more, as pressure spreads like heat.
-const PATIENCE: usize = 20;
-const PATIENCE_PER_PARTICLE: f64 = 0.2;
+/// A loop looks back so many steps: it ends if there was no room for a birth and no meeting, ...
+const RECENT: usize = 20;
+/// ... or, with all sources joined, for no more than this share of the particles.
+const FULL: f64 = 0.02;
+/// How much larger epsilon is made where the particles do not cover the surface, and how often.
+const WIDENING: f64 = 1.25;
+const MOST_BEGINNINGS: usize = 6;
 /// Particles at rest up to this many spacings apart are joined.
 const REACH: f64 = 1.9;
 
@@ -69,9 +84,14 @@ impl<const D: usize, S: Surface<D>> Geodesics<D, Network<D, S>> {
         settings: &Settings<D>,
     ) -> Result<Self, Error> {
         let epsilon = epsilon(&surface, sources, count, settings)?;
-        let swarm = Swarm::new(&surface, sources, true, epsilon, settings)?;
-        let (swarm, mut joined, meetings, steps) = drift(swarm, sources.len(), count);
-        let (graph, rest_nodes) = connect(&swarm, &meetings, &mut joined);
+        let mut drifted = drift(&surface, sources, count, epsilon, settings)?;
+        let (graph, rest_nodes) = connect(&mut drifted);
+        let Drifted {
+            swarm,
+            joined,
+            steps,
+            ..
+        } = drifted;
         let points: Vec<Vector<D>> = rest_nodes.iter().map(|(_, node, _)| node.point).collect();
         let trajectories = swarm.particles.into_iter().map(|p| p.trajectory).collect();
         let network = Network {
@@ -96,46 +116,101 @@ fn epsilon<const D: usize, S: Surface<D>>(
 ) -> Result<f64, Error> {
     let mut scouts = Swarm::new(surface, sources, false, settings.size, settings)?;
     let enough = SCOUTS + SCOUTS_PER_SOURCE * sources.len();
-    fill(&mut scouts, enough, sources, settings)?;
+    fill(&mut scouts, enough, settings)?;
     for _ in 0..SCOUT_STEPS {
         scouts.step(|_, _| true);
     }
-    scouts.search();
+    scouts.refresh();
     let spacing = scouts.epsilon * crowding(&scouts);
     let ratio = enough as f64 / count.max(1) as f64;
-    let wanted = spacing * ratio.powf(1.0 / surface.intrinsic_dimension() as f64);
+    let wanted = SPARING * spacing * ratio.powf(1.0 / surface.intrinsic_dimension() as f64);
     Ok(wanted.min(TURNING / scouts.mean_curvature()))
 }
 
-/// The loop of the procedure of sampling: births (a), moves (b), meetings (c), records (d).
-fn drift<const D: usize, S: Surface<D>>(
+/// The procedure of sampling, begun anew with a larger epsilon if `count` particles do not cover the
+/// surface.
+fn drift<'a, const D: usize, S: Surface<D>>(
+    surface: &'a S,
+    sources: &[Node<D, S::Place>],
+    count: usize,
+    mut epsilon: f64,
+    settings: &Settings<D>,
+) -> Result<Drifted<'a, D, S>, Error> {
+    let mut beginnings = 1;
+    loop {
+        let swarm = Swarm::new(surface, sources, true, epsilon, settings)?;
+        let drifted = drift_once(swarm, sources.len(), count);
+        if drifted.covered || beginnings == MOST_BEGINNINGS {
+            return Ok(drifted);
+        }
+        epsilon *= WIDENING;
+        beginnings += 1;
+    }
+}
+
+/// Its loop: births (a), moves (b), meetings (c), records (d).
+fn drift_once<const D: usize, S: Surface<D>>(
     mut swarm: Swarm<'_, D, S>,
     sources: usize,
     count: usize,
-) -> (Swarm<'_, D, S>, Sources, Vec<Meeting>, usize) {
+) -> Drifted<'_, D, S> {
+    swarm.records = true;
     let mut joined = Sources::new(sources);
     let mut meetings = Vec::new();
-    let litter = LITTER * swarm.intrinsic_dimension() + 1;
-    let (mut steps, mut idle) = (0, 0);
-    loop {
-        swarm.search();
-        let mut born = 0;
-        for source in 0..sources as u32 {
-            if swarm.particles.len() < count && swarm.room(source) > 1.0 {
-                born += swarm.give_birth(source, litter, BIRTH);
-            }
-        }
+    let mut recent = [usize::MAX; RECENT];
+    let mut full = 0;
+    let mut steps = 0;
+    while !settled(&swarm, &joined, &recent) && full < RECENT {
+        let wanted = give_births(&mut swarm, sources, count);
+        full += usize::from(wanted > 0 && swarm.particles.len() >= count);
         let classes = joined.class_of_each();
         swarm.step(|a, b| classes[a as usize] == classes[b as usize]);
-        swarm.search();
         let met = meet(&mut swarm, &mut joined, &mut meetings);
+        recent.rotate_right(1);
+        recent[0] = wanted + met;
         steps += 1;
-        idle = if born + met == 0 { idle + 1 } else { 0 };
-        let each = swarm.particles.len() as f64 / sources as f64;
-        if idle >= PATIENCE + (PATIENCE_PER_PARTICLE * each) as usize {
-            return (swarm, joined, meetings, steps);
-        }
     }
+    swarm.refresh();
+    Drifted {
+        covered: settled(&swarm, &joined, &recent),
+        swarm,
+        joined,
+        meetings,
+        steps,
+    }
+}
+
+/// Whether nothing happened for a while, or, once all sources are joined, little.
+fn settled<const D: usize, S: Surface<D>>(
+    swarm: &Swarm<'_, D, S>,
+    joined: &Sources,
+    recent: &[usize; RECENT],
+) -> bool {
+    let happened = recent.iter().fold(0_usize, |sum, r| sum.saturating_add(*r));
+    let little = FULL * swarm.particles.len() as f64;
+    happened == 0 || (joined.classes() == 1 && happened as f64 <= little)
+}
+
+/// Births where the nearest neighbour is farther than epsilon, up to `count` particles: a litter at
+/// sources, one at particles on their way. Returns how many had room.
+fn give_births<const D: usize, S: Surface<D>>(
+    swarm: &mut Swarm<'_, D, S>,
+    sources: usize,
+    count: usize,
+) -> usize {
+    swarm.refresh();
+    let litter = LITTER * swarm.intrinsic_dimension() + 1;
+    let roomy: Vec<u32> = (0..swarm.particles.len() as u32)
+        .filter(|i| swarm.room(*i) > 1.0)
+        .collect();
+    for i in &roomy {
+        if swarm.particles.len() >= count {
+            break;
+        }
+        let children = if (*i as usize) < sources { litter } else { 1 };
+        swarm.give_birth(*i, children, BIRTH);
+    }
+    roomy.len()
 }
 
 /// Joins the sources whose particles have come within epsilon; returns how many joined.
@@ -173,10 +248,9 @@ type Rest<const D: usize, P> = Vec<(u32, Node<D, P>, f64)>;
 /// The graph of the joined trajectories: its nodes are the sources and all locations recorded, its
 /// edges the pieces of the trajectories, the meetings, and the joins of particles at rest.
 fn connect<const D: usize, S: Surface<D>>(
-    swarm: &Swarm<'_, D, S>,
-    meetings: &[Meeting],
-    joined: &mut Sources,
+    drifted: &mut Drifted<'_, D, S>,
 ) -> (Graph<D, S::Place>, Rest<D, S::Place>) {
+    let swarm = &drifted.swarm;
     let mut nodes = Vec::new();
     let mut firsts = Vec::new();
     for particle in &swarm.particles {
@@ -201,13 +275,19 @@ fn connect<const D: usize, S: Surface<D>>(
             join(node, node + 1);
         }
     }
-    for Meeting(both) in meetings {
-        let [a, b] = both.map(|(i, records)| if records < 2 { at_rest(i) } else { recorded(i, records) });
+    for Meeting(both) in &drifted.meetings {
+        let [a, b] = both.map(|(i, records)| {
+            if records < 2 {
+                at_rest(i)
+            } else {
+                recorded(i, records)
+            }
+        });
         join(a, b);
     }
     for (i, j) in joins(swarm) {
         let [a, b] = [i, j].map(|i: u32| swarm.particles[i as usize].source);
-        joined.join(a, b);
+        drifted.joined.join(a, b);
         join(at_rest(i), at_rest(j));
     }
     for list in &mut lists {
@@ -215,7 +295,13 @@ fn connect<const D: usize, S: Surface<D>>(
         list.dedup();
     }
     let rest = (0..swarm.particles.len() as u32)
-        .map(|i| (at_rest(i), swarm.particles[i as usize].node, swarm.spacing(i)))
+        .map(|i| {
+            (
+                at_rest(i),
+                swarm.particles[i as usize].node,
+                swarm.spacing(i),
+            )
+        })
         .collect();
     (Graph::new(nodes, lists.iter().map(Vec::as_slice)), rest)
 }
@@ -336,4 +422,3 @@ impl<const D: usize, S: Surface<D>> Guide<D> for Network<D, S> {
         }
     }
 }
-

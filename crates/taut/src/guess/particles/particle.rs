@@ -65,9 +65,11 @@ impl<const D: usize> Frame<D> {
 
     /// Whether a chord from here runs along the surface rather than across to another sheet.
     pub fn runs_along(&self, chord: &Vector<D>, m: usize) -> bool {
-        let across: f64 = (0..m)
-            .map(|j| self.basis.column(j).dot(chord).powi(2))
-            .sum();
+        let mut across = 0.0;
+        for j in 0..m {
+            let part: f64 = (0..D).map(|i| self.basis[(i, j)] * chord[i]).sum();
+            across += part * part;
+        }
         across <= STEEPEST * STEEPEST * chord.norm_squared()
     }
 }

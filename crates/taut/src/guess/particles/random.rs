@@ -16,7 +16,9 @@ impl Random {
             state: seed ^ GOLDEN,
         };
         Self {
-            state: start.bits().wrapping_add(number.wrapping_mul(GOLDEN << 1 | 1)),
+            state: start
+                .bits()
+                .wrapping_add(number.wrapping_mul(GOLDEN << 1 | 1)),
         }
     }
 

@@ -25,17 +25,17 @@ pub struct Sampling<const D: usize, P> {
 const ROOM: f64 = 1.0;
 /// How far from its parent a particle is born, in spacings.
 const BIRTH: f64 = 0.5;
-/// When all have less, the spacing shrinks by this factor: twice the particles on a surface.
+/// When no more than this share of them do, ...
+const FULL: f64 = 0.02;
+/// ... the spacing shrinks by this factor: twice the particles on a surface.
 const REFINEMENT: f64 = 0.707;
 /// Steps between births.
 const SETTLE: usize = 3;
-/// Rounds without a birth before the spacing shrinks.
-const PATIENCE: usize = 2;
 /// Steps at the end, and how many with the same neighbours.
-const RELAX: usize = 60;
+const RELAX: usize = 40;
 const RELAX_PER_SEARCH: usize = 4;
-/// A particle so many sizes away from the first source shows that the surface has no end.
-const ENDLESS: f64 = 64.0;
+/// More particles than that a size apart show that the surface has no end.
+const ENDLESS: usize = 256;
 
 /// Spreads `count` points over the components of a surface that hold the `sources`; these stay where
 /// they are if `fixed`, and else float like all others.
@@ -57,7 +57,7 @@ const ENDLESS: f64 = 64.0;
 ///
 /// # Errors
 /// [`Error::NoSources`] without a source, [`Error::NoFoot`] for a source where the surface has no tangent
-/// space, [`Error::Endless`] where particles drift off without end and no region holds them.
+/// space, [`Error::Endless`] where particles a size apart find no end of room and no region holds them.
 pub fn sample<const D: usize, S: Surface<D>>(
     surface: &S,
     sources: &[Node<D, S::Place>],
@@ -66,11 +66,12 @@ pub fn sample<const D: usize, S: Surface<D>>(
     settings: &Settings<D>,
 ) -> Result<Sampling<D, S::Place>, Error> {
     let mut swarm = Swarm::new(surface, sources, fixed, settings.size, settings)?;
-    fill(&mut swarm, count, sources, settings)?;
+    fill(&mut swarm, count, settings)?;
     swarm.particles.truncate(count.max(sources.len()));
     for _ in 0..RELAX / RELAX_PER_SEARCH {
-        swarm.search();
-        swarm.epsilon *= crowding(&swarm);
+        swarm.refresh();
+        let crowding = crowding(&swarm);
+        swarm.widen(crowding);
         for _ in 0..RELAX_PER_SEARCH {
             swarm.step(|_, _| true);
         }
@@ -82,12 +83,11 @@ pub fn sample<const D: usize, S: Surface<D>>(
 pub(super) fn fill<const D: usize, S: Surface<D>>(
     swarm: &mut Swarm<'_, D, S>,
     count: usize,
-    sources: &[Node<D, S::Place>],
     settings: &Settings<D>,
 ) -> Result<(), Error> {
-    let mut idle = 0;
+    let mut refined = false;
     while swarm.particles.len() < count {
-        swarm.search();
+        swarm.refresh();
         let mut roomy: Vec<(f64, u32)> = (0..swarm.particles.len() as u32)
             .map(|i| (swarm.room(i), i))
             .filter(|(room, _)| *room > ROOM)
@@ -101,15 +101,13 @@ pub(super) fn fill<const D: usize, S: Surface<D>>(
         for _ in 0..SETTLE {
             swarm.step(|_, _| true);
         }
-        idle = if born == 0 { idle + 1 } else { 0 };
-        if idle == PATIENCE {
-            swarm.epsilon *= REFINEMENT;
-            idle = 0;
+        if born as f64 <= FULL * swarm.particles.len() as f64 {
+            swarm.widen(REFINEMENT);
+            refined = true;
         }
-        let far = |p: &Vector<D>| (p - sources[0].point).norm() > ENDLESS * settings.size;
-        if settings.region.is_none() && swarm.particles.iter().any(|p| far(&p.node.point)) {
+        if settings.region.is_none() && !refined && swarm.particles.len() > ENDLESS {
             return Err(Error::Endless {
-                times: ENDLESS,
+                particles: ENDLESS,
                 size: settings.size,
             });
         }
@@ -122,9 +120,13 @@ pub(super) fn crowding<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -
     let ring = neighbour_count(swarm.intrinsic_dimension()) / 3;
     let mut distances = Vec::new();
     for i in 0..swarm.particles.len() as u32 {
-        for j in swarm.neighbours(i).iter().take(ring.max(1)) {
-            distances.push(swarm.distance(i, *j) / swarm.spacing(i));
-        }
+        let mut near: Vec<f64> = swarm
+            .neighbours(i)
+            .iter()
+            .map(|j| swarm.distance(i, *j) / swarm.spacing(i))
+            .collect();
+        near.sort_by(f64::total_cmp);
+        distances.extend(near.iter().take(ring.max(1)));
     }
     if distances.is_empty() {
         return 1.0;

@@ -18,17 +18,22 @@ pub(super) struct Swarm<'a, const D: usize, S: Surface<D>> {
     spread: Spread,
     seed: u64,
     pub particles: Vec<Particle<D, S::Place>>,
-    /// The nearest other particles of each, nearest first; valid until the next move or birth.
+    /// The particles about each.
     neighbours: Vec<Vec<u32>>,
-    moves_since_search: usize,
+    /// How far any particle may have moved since they were found, in its spacings.
+    drifted: f64,
+    /// What each strives for as distance to its neighbours.
+    spacings: Vec<f64>,
     /// The distance between particles where the curvature is the mean one.
     pub epsilon: f64,
     mean_curvature: f64,
     births: u64,
+    /// Whether trajectories are recorded.
+    pub records: bool,
 }
 
-/// Moves between two searches for neighbours.
-const MOVES_PER_SEARCH: usize = 4;
+/// Neighbours are found anew when a particle has moved that far, in spacings.
+const STALE: f64 = 0.4;
 /// The length of the exponential, in spacings.
 const DECAY: f64 = 0.5;
 /// Where the exponential is cut off, in spacings.
@@ -77,10 +82,11 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             .iter()
             .zip(0..)
             .map(|(node, source)| {
-                let frame = Frame::at(surface, node, &mut scratch).ok_or_else(|| Error::NoFoot {
-                    point: format!("{:?}", node.point.as_slice()),
-                    reason: "the surface has no tangent space there; move the source",
-                })?;
+                let frame =
+                    Frame::at(surface, node, &mut scratch).ok_or_else(|| Error::NoFoot {
+                        point: format!("{:?}", node.point.as_slice()),
+                        reason: "the surface has no tangent space there; move the source",
+                    })?;
                 Ok(Particle {
                     node: *node,
                     frame,
@@ -97,12 +103,15 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             seed: settings.seed,
             particles,
             neighbours: Vec::new(),
-            moves_since_search: MOVES_PER_SEARCH,
+            drifted: f64::INFINITY,
+            spacings: Vec::new(),
             epsilon,
             mean_curvature: 0.0,
             births: 0,
+            records: false,
         };
         swarm.weigh_curvature();
+        swarm.search();
         Ok(swarm)
     }
 
@@ -128,10 +137,22 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             area += share;
         }
         self.mean_curvature = sum / area;
+        self.respace();
+    }
+
+    /// Multiplies epsilon.
+    pub fn widen(&mut self, factor: f64) {
+        self.epsilon *= factor;
+        self.respace();
+    }
+
+    fn respace(&mut self) {
+        let spacing = |particle| self.epsilon * self.relative_spacing(particle);
+        self.spacings = self.particles.iter().map(spacing).collect();
     }
 
     /// The spacing at a particle in epsilons.
-    pub fn relative_spacing(&self, particle: &Particle<D, S::Place>) -> f64 {
+    fn relative_spacing(&self, particle: &Particle<D, S::Place>) -> f64 {
         if self.spread == Spread::Even || self.mean_curvature == 0.0 {
             return 1.0;
         }
@@ -142,7 +163,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
 
     /// The distance to its neighbours that a particle strives for.
     pub fn spacing(&self, i: u32) -> f64 {
-        self.epsilon * self.relative_spacing(&self.particles[i as usize])
+        self.spacings[i as usize]
     }
 
     /// The spacing between two particles.
@@ -178,44 +199,52 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
 
     /// Distance to the nearest particle of the same sheet in spacings; infinite where none is near.
     pub fn room(&self, i: u32) -> f64 {
-        let nearest = self.neighbours(i).iter().find(|j| self.same_sheet(i, **j));
-        nearest.map_or(f64::INFINITY, |j| self.distance(i, *j) / self.spacing(i))
+        let same_sheet = self
+            .neighbours(i)
+            .iter()
+            .filter(|j| self.same_sheet(i, **j));
+        let distances = same_sheet.map(|j| self.distance(i, *j) / self.spacing(i));
+        distances.fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the chord between two particles runs along the surface at both.
     pub fn same_sheet(&self, i: u32, j: u32) -> bool {
         let (a, b) = (&self.particles[i as usize], &self.particles[j as usize]);
-        let chord = b.node.point - a.node.point;
-        let m = self.codimension();
-        a.frame.runs_along(&chord, m) && b.frame.runs_along(&chord, m)
+        along(a, b, &(b.node.point - a.node.point), self.codimension())
     }
 
-    /// Finds each particle's neighbours; O(n log n).
-    pub fn search(&mut self) {
+    /// Finds each particle's neighbours if they may have changed; O(n log n).
+    pub fn refresh(&mut self) {
+        if self.drifted > STALE {
+            self.search();
+        }
+    }
+
+    fn search(&mut self) {
         let points: Vec<Vector<D>> = self.particles.iter().map(|p| p.node.point).collect();
         let tree = Tree::new(&points);
         let count = neighbour_count(self.surface.intrinsic_dimension());
-        self.neighbours = points
-            .par_iter()
+        self.neighbours.resize_with(points.len(), Vec::new);
+        self.neighbours
+            .par_iter_mut()
+            .zip(&points)
             .zip(0..points.len() as u32)
-            .map_init(Vec::new, |found: &mut Vec<Neighbour>, (point, i)| {
-                tree.nearest(point, count + 1, found);
-                found
-                    .iter()
-                    .map(|neighbour| tree.order[neighbour.index as usize])
-                    .filter(|j| *j != i)
-                    .collect()
-            })
-            .collect();
-        self.moves_since_search = 0;
+            .for_each_init(
+                Vec::new,
+                |found: &mut Vec<Neighbour>, ((list, point), i)| {
+                    tree.nearest(point, count + 1, found);
+                    let near = found.iter().map(|n| tree.order[n.index as usize]);
+                    list.clear();
+                    list.extend(near.filter(|j| *j != i));
+                },
+            );
+        self.drifted = 0.0;
     }
 
     /// Moves every particle that is not fixed once: (4), (1) and (12). `homologous` tells whether two
     /// sources repel each other's particles; others attract. O(n log n).
     pub fn step(&mut self, homologous: impl Fn(u32, u32) -> bool + Sync) {
-        if self.moves_since_search >= MOVES_PER_SEARCH {
-            self.search();
-        }
+        self.refresh();
         let this = &*self;
         let moved: Vec<Option<(Node<D, S::Place>, Frame<D>)>> = (0..self.particles.len() as u32)
             .into_par_iter()
@@ -230,19 +259,26 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
                 },
             )
             .collect();
+        let mut farthest = 0.0_f64;
         for (i, moved) in moved.into_iter().enumerate() {
             let Some((node, frame)) = moved else {
                 continue;
             };
-            let record = RECORD * self.spacing(i as u32);
+            let spacing = self.spacings[i];
+            let record = if self.records {
+                RECORD * spacing
+            } else {
+                f64::INFINITY
+            };
             let particle = &mut self.particles[i];
+            farthest = farthest.max((particle.node.point - node.point).norm() / spacing);
             (particle.node, particle.frame) = (node, frame);
             let last = particle.trajectory[particle.trajectory.len() - 1].point;
             if (last - node.point).norm() > record {
                 particle.trajectory.push(node);
             }
         }
-        self.moves_since_search += 1;
+        self.drifted += farthest;
         self.weigh_curvature();
     }
 
@@ -253,13 +289,14 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
     fn velocity(&self, i: u32, homologous: &(impl Fn(u32, u32) -> bool + Sync)) -> Vector<D> {
         let here = &self.particles[i as usize];
         let spacing = self.spacing(i);
+        let m = self.codimension();
         let mut sum = Vector::zeros();
         for j in self.neighbours(i) {
             let there = &self.particles[*j as usize];
             let apart = here.node.point - there.node.point;
             let distance = apart.norm();
-            let scale = 0.5 * (spacing + self.spacing(*j));
-            if distance == 0.0 || distance > CUTOFF * scale || !self.same_sheet(i, *j) {
+            let scale = self.mean_spacing(i, *j);
+            if distance == 0.0 || distance > CUTOFF * scale || !along(here, there, &apart, m) {
                 continue;
             }
             let force = apart * ((-distance / (DECAY * scale)).exp() / distance);
@@ -325,9 +362,16 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         let mut scratch = Geometry::new(self.codimension());
         let parent = self.particles[i as usize].clone();
         let length = (offset * self.spacing(i)).min(LONGEST_STEP / parent.frame.curvature);
+        // A trajectory starts at the source: a particle's child goes on where its parent is.
+        let mut trajectory = parent.trajectory.clone();
+        if self.records && !parent.fixed {
+            trajectory.push(parent.node);
+        }
         let mut random = Random::new(self.seed, self.births);
         self.births += 1;
         let before = self.particles.len();
+        let mut family = self.neighbours[i as usize].clone();
+        family.push(i);
         for _ in 0..children {
             let step = random.tangent(&parent.frame.basis, self.codimension()) * length;
             let Some((node, frame)) = self.land(&parent, &step, &mut scratch) else {
@@ -338,10 +382,28 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
                 frame,
                 source: parent.source,
                 fixed: false,
-                trajectory: vec![parent.node],
+                trajectory: trajectory.clone(),
             });
+            let child = self.spacings.len() as u32;
+            self.spacings
+                .push(self.epsilon * self.relative_spacing(&self.particles[child as usize]));
+            // Until the next search: the child's neighbours are its parent's.
+            for other in &family {
+                self.neighbours[*other as usize].push(child);
+            }
+            self.neighbours.push(family.clone());
+            family.push(child);
         }
-        self.moves_since_search = MOVES_PER_SEARCH;
         self.particles.len() - before
     }
+}
+
+/// Whether the chord between two particles runs along the surface at both.
+fn along<const D: usize, P>(
+    a: &Particle<D, P>,
+    b: &Particle<D, P>,
+    chord: &Vector<D>,
+    m: usize,
+) -> bool {
+    a.frame.runs_along(chord, m) && b.frame.runs_along(chord, m)
 }
