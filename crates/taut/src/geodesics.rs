@@ -12,7 +12,7 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
-use crate::guess::routes::{self, DETOUR};
+use crate::guess::routes::{self, DETOUR, Route};
 use crate::result::Path;
 use crate::surface::Node;
 
@@ -83,15 +83,19 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Node<D, S::Place>,
         settings: &Settings,
     ) -> Path<D> {
-        let close = if self.surface.detail() > 0.0 {
-            CLOSE_WITH_DETAIL
-        } else {
-            CLOSE
-        };
-        self.search(from, to, settings, GUESSES, DETOUR, close)
+        self.search(from, to, settings, GUESSES, DETOUR, self.close())
             .into_iter()
             .next()
             .unwrap_or_else(Path::none)
+    }
+
+    /// How much longer than the shortest a straightened guess may be to be pulled taut.
+    fn close(&self) -> f64 {
+        if self.surface.detail() > 0.0 {
+            CLOSE_WITH_DETAIL
+        } else {
+            CLOSE
+        }
     }
 
     /// Up to `most` distinct geodesics, shortest first: one for each way round that was found, at
@@ -183,6 +187,16 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths
     }
 
+    /// The nodes of the graph that a point is joined to, and how long the joins are.
+    fn entrances(&self, node: &Node<D, S::Place>) -> Vec<(u32, f32)> {
+        let mut list = Vec::new();
+        self.surface.entrances(node, &mut |i| {
+            let length = (self.graph.nodes[i as usize].point - node.point).norm();
+            list.push((i, length as f32));
+        });
+        list
+    }
+
     /// Distinct guesses, shortest on the graph first; empty where none connects the two.
     fn guesses(
         &self,
@@ -192,17 +206,20 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         search: &mut Search,
     ) -> Vec<Vec<Node<D, S::Place>>> {
-        let entrances = |node: &Node<D, S::Place>| {
-            let mut list = Vec::new();
-            self.surface.entrances(node, &mut |i| {
-                let length = (self.graph.nodes[i as usize].point - node.point).norm();
-                list.push((i, length as f32));
-            });
-            list
-        };
-        let (start, end) = (entrances(from), entrances(to));
+        let (start, end) = (self.entrances(from), self.entrances(to));
         let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
-        routes::routes(&self.graph, search, most, longest)
+        let both = (&search.forward, &search.backward);
+        self.along(from, to, routes::routes(&self.graph, both, most, longest))
+    }
+
+    /// The guesses along routes from one node to another.
+    fn along(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        routes: Vec<Route>,
+    ) -> Vec<Vec<Node<D, S::Place>>> {
+        routes
             .into_iter()
             .map(|route| {
                 let inner = route.nodes.iter().map(|v| self.graph.nodes[*v as usize]);

@@ -3,8 +3,10 @@
 use rayon::prelude::*;
 
 use crate::correction::Settings;
-use crate::geodesics::Geodesics;
+use crate::geodesics::{GUESSES, Geodesics};
 use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
+use crate::guess::routes::{self, DETOUR};
 use crate::result::Path;
 use crate::surface::{Geometry, Node};
 
@@ -56,24 +58,59 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     }
 
     /// What `keep` makes of the shortest geodesic found between any two of n nodes: for i < j, pair
-    /// (i, j) comes after all (i', j) with i' < i and all (., j') with j' < j. In parallel; n (n - 1) / 2
-    /// corrections, each as [`path`](Self::path).
+    /// (i, j) comes after all (i', j) with i' < i and all (., j') with j' < j. In parallel.
+    ///
+    /// n spreads of distances over the whole graph, each kept in 20 bytes a node of it, and then
+    /// n (n - 1) / 2 corrections as in [`path`](Self::path).
     pub fn all_pairs<T: Send>(
         &self,
         nodes: &[Node<D, S::Place>],
         settings: &Settings,
         keep: impl Fn([usize; 2], Path<D>) -> T + Sync,
     ) -> Vec<T> {
+        let from_each: Vec<End> = nodes.par_iter().map(|node| self.spread(node)).collect();
         let pairs: Vec<[usize; 2]> = (0..nodes.len())
             .flat_map(|j| (0..j).map(move |i| [i, j]))
             .collect();
         pairs
             .into_par_iter()
             .map(|pair| {
-                let [from, to] = pair.map(|i| &nodes[i]);
-                keep(pair, self.path(from, to, settings))
+                let [start, end] = pair.map(|i| &from_each[i]);
+                let longest = DETOUR * start.distance(end);
+                let both = (&start.distances, &end.distances);
+                let routes = routes::routes(&self.graph, both, GUESSES, longest);
+                let guesses = self.along(&nodes[pair[0]], &nodes[pair[1]], routes);
+                let mut workspace = self.take_workspace();
+                let paths = self.pull_taut(&guesses, settings, self.close(), &mut workspace.solver);
+                self.put_back(workspace);
+                keep(pair, paths.into_iter().next().unwrap_or_else(Path::none))
             })
             .collect()
+    }
+
+    fn spread(&self, node: &Node<D, S::Place>) -> End {
+        let entrances = self.entrances(node);
+        let mut distances = Distances::new(&self.graph);
+        distances.search(&self.graph, &entrances, |_| 0.0, |_, _| f32::INFINITY);
+        End {
+            entrances,
+            distances,
+        }
+    }
+}
+
+/// An end of many pairs, with the distances of the whole graph from it.
+struct End {
+    entrances: Vec<(u32, f32)>,
+    distances: Distances,
+}
+
+impl End {
+    /// Distance along the graph, infinite where there is none.
+    fn distance(&self, other: &Self) -> f32 {
+        let ways = other.entrances.iter();
+        ways.map(|(node, length)| self.distances.distance(*node) + length)
+            .fold(f32::INFINITY, f32::min)
     }
 }
 

@@ -5,7 +5,7 @@
 //! obstacle, a handle or a bulge (via nodes: Abraham, Delling, Goldberg, Werneck, "Alternative Routes
 //! in Road Networks", SEA 2010).
 
-use crate::guess::dijkstra::{Distances, NONE, Search};
+use crate::guess::dijkstra::{Distances, NONE};
 use crate::guess::graph::{Edge, Graph};
 
 /// A way along the graph, its nodes from start to end (the end points themselves excluded).
@@ -20,14 +20,13 @@ pub(crate) const DETOUR: f32 = 1.1;
 /// Two routes that share more than this much of their nodes' surroundings are one.
 const SHARED: f64 = 0.85;
 
-/// Up to `most` distinct routes, shortest first, at most `longest`.
+/// Up to `most` distinct routes, shortest first, at most `longest`, by the distances from both ends.
 pub(crate) fn routes<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
-    search: &Search,
+    (from, to): (&Distances, &Distances),
     most: usize,
     longest: f32,
 ) -> Vec<Route> {
-    let (from, to) = (&search.forward, &search.backward);
     let through = |v: u32| from.distance(v) + to.distance(v);
     let shorter = |a: &u32, b: &u32| through(*a).total_cmp(&through(*b)).then(a.cmp(b));
     let Some(best) = to.reached().iter().copied().min_by(shorter) else {

@@ -27,6 +27,8 @@ const ROOM: f64 = 1.0;
 const BIRTH: f64 = 0.5;
 /// When no more than this share of them do, ...
 const FULL: f64 = 0.02;
+/// ... for a round or, as few take longer to drift apart, so many by their number more, ...
+const PATIENCE: usize = 64;
 /// ... the spacing shrinks by this factor: twice the particles on a surface.
 const REFINEMENT: f64 = 0.707;
 /// Steps between births.
@@ -47,11 +49,11 @@ const ENDLESS: usize = 256;
 /// use taut::Vector;
 /// use taut::guess::particles::{Settings, sample};
 /// use taut::surface::{Node, implicit::ImplicitSurface, shapes::Shape};
-/// let torus = ImplicitSurface::new(Shape::parse("torus:1,0.4")?, 1.4);
-/// let source = Node { point: Vector::<3>::new(1.4, 0.0, 0.0), place: () };
-/// let sampling = sample(&torus, &[source], true, 500, &Settings::new(1.4))?;
+/// let ellipsoid = ImplicitSurface::new(Shape::parse("ellipsoid:3,2,1")?, 3.0);
+/// let source = Node { point: Vector::<3>::new(3.0, 0.0, 0.0), place: () };
+/// let sampling = sample(&ellipsoid, &[source], true, 500, &Settings::new(3.0))?;
 /// assert_eq!(sampling.nodes.len(), 500);
-/// assert!(sampling.quality.spread < 0.2 && sampling.quality.density_follows_curvature > 0.5);
+/// assert!(sampling.quality.density_follows_curvature > 0.9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -85,7 +87,7 @@ pub(super) fn fill<const D: usize, S: Surface<D>>(
     count: usize,
     settings: &Settings<D>,
 ) -> Result<(), Error> {
-    let mut refined = false;
+    let (mut idle, mut refined) = (0, false);
     while swarm.particles.len() < count {
         swarm.refresh();
         let mut roomy: Vec<(f64, u32)> = (0..swarm.particles.len() as u32)
@@ -101,9 +103,15 @@ pub(super) fn fill<const D: usize, S: Surface<D>>(
         for _ in 0..SETTLE {
             swarm.step(|_, _| true);
         }
-        if born as f64 <= FULL * swarm.particles.len() as f64 {
+        let present = swarm.particles.len();
+        idle = if born as f64 <= FULL * present as f64 {
+            idle + 1
+        } else {
+            0
+        };
+        if idle > PATIENCE / present {
             swarm.widen(REFINEMENT);
-            refined = true;
+            (idle, refined) = (0, true);
         }
         if settings.region.is_none() && !refined && swarm.particles.len() > ENDLESS {
             return Err(Error::Endless {
