@@ -61,7 +61,7 @@ fn particles_settle_on_the_surface_denser_where_it_bends() {
     // Each of 800 points of a lattice of triangles has 2 / sqrt(3) of its distance squared to itself.
     let even = spread("sphere:1", [1.0, 0.0, 0.0], 800, Spread::Even).quality;
     let lattice = (4.0 * PI / 800.0 * 2.0 / 3.0_f64.sqrt()).sqrt();
-    assert!(even.nearest > 0.9 * lattice && even.nearest < lattice && even.spread < 0.1);
+    assert!(even.nearest > 0.85 * lattice && even.nearest < lattice && even.spread < 0.1);
 }
 
 #[test]
@@ -109,8 +109,9 @@ fn guesses_along_trajectories_are_near_the_truth_and_never_below() {
         Geodesics::of_particles(surface("sphere:1"), &sources, 1000, &settings).expect("a network");
     let network = geodesics.surface();
     assert!(network.classes().iter().all(|class| *class == 0));
-    for trajectory in &network.trajectories()[12..] {
-        assert!(sources.iter().any(|s| s.point == trajectory[0].point));
+    for (i, trajectory) in network.trajectories().iter().enumerate().skip(12) {
+        let mut before = network.trajectories()[..i].iter().flatten();
+        assert!(before.any(|node| node.point == trajectory[0].point));
     }
     let mut excess = Vec::new();
     for (i, from) in sources.iter().enumerate() {

@@ -4,6 +4,8 @@
 //! for is smaller where the surface bends. Everything is measured in spacings, so that the unit of
 //! length changes nothing.
 
+mod drift;
+mod joining;
 mod network;
 mod particle;
 mod quality;

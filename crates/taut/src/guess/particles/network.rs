@@ -1,16 +1,14 @@
 //! Algorithm 1: particles leave the sources until their trajectories join them all, and guesses run
 //! along the trajectories.
 
-use rayon::prelude::*;
-
 use crate::Vector;
 use crate::error::Error;
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;
-use crate::guess::graph::Graph;
 use crate::guess::particles::Settings;
+use crate::guess::particles::drift::{Drifted, drift};
+use crate::guess::particles::joining::{REACH, connect};
 use crate::guess::particles::sampling::{crowding, fill};
-use crate::guess::particles::sources::Sources;
 use crate::guess::particles::swarm::{Swarm, neighbour_count};
 use crate::guess::particles::walk::walks;
 use crate::spatial::tree::{Neighbour, Tree};
@@ -28,24 +26,6 @@ pub struct Network<const D: usize, S: Surface<D>> {
     steps: usize,
 }
 
-/// What the loop ends with.
-struct Drifted<'a, const D: usize, S: Surface<D>> {
-    swarm: Swarm<'a, D, S>,
-    joined: Sources,
-    meetings: Vec<Meeting>,
-    steps: usize,
-    /// Whether it ended because there was no room left.
-    covered: bool,
-}
-
-/// A meeting of two particles: each with the number of locations recorded by then.
-struct Meeting([(u32, usize); 2]);
-
-/// Particles born at a source at a time, per dimension of the surface and one more: the paper's 5 on
-/// surfaces.
-const LITTER: usize = 2;
-/// How far from its source a particle is born, in spacings.
-const BIRTH: f64 = 0.3;
 /// Particles that tell the surface's extent beforehand, and how many more for each source.
 const SCOUTS: usize = 300;
 const SCOUTS_PER_SOURCE: usize = 2;
@@ -55,16 +35,6 @@ const SCOUT_STEPS: usize = 8;
 const SPARING: f64 = 1.1;
 /// Largest mean turning of the surface between neighbours, radians.
 const TURNING: f64 = 0.6;
-/// A loop looks back so many steps: it ends if there was no room for a birth and no meeting, ...
-const RECENT: usize = 20;
-/// ... or, with all sources joined, for no more than this share of the particles.
-const FULL: f64 = 0.02;
-/// How much larger epsilon is made where the particles do not cover the surface, and how often.
-const WIDENING: f64 = 1.25;
-const MOST_BEGINNINGS: usize = 6;
-/// Particles at rest up to this many spacings apart are joined.
-const REACH: f64 = 1.9;
-
 impl<const D: usize, S: Surface<D>> Geodesics<D, Network<D, S>> {
     /// Makes a surface ready for paths between `sources` by Algorithm 1: particles born at the sources
     /// drift over the surface until all sources are joined by their trajectories and the surface is
@@ -127,210 +97,6 @@ fn epsilon<const D: usize, S: Surface<D>>(
     Ok(wanted.min(TURNING / scouts.mean_curvature()))
 }
 
-/// The procedure of sampling, begun anew with a larger epsilon if `count` particles do not cover the
-/// surface.
-fn drift<'a, const D: usize, S: Surface<D>>(
-    surface: &'a S,
-    sources: &[Node<D, S::Place>],
-    count: usize,
-    mut epsilon: f64,
-    settings: &Settings<D>,
-) -> Result<Drifted<'a, D, S>, Error> {
-    let mut beginnings = 1;
-    loop {
-        let swarm = Swarm::new(surface, sources, true, epsilon, settings)?;
-        let drifted = drift_once(swarm, sources.len(), count);
-        if drifted.covered || beginnings == MOST_BEGINNINGS {
-            return Ok(drifted);
-        }
-        epsilon *= WIDENING;
-        beginnings += 1;
-    }
-}
-
-/// Its loop: births (a), moves (b), meetings (c), records (d).
-fn drift_once<const D: usize, S: Surface<D>>(
-    mut swarm: Swarm<'_, D, S>,
-    sources: usize,
-    count: usize,
-) -> Drifted<'_, D, S> {
-    swarm.records = true;
-    let mut joined = Sources::new(sources);
-    let mut meetings = Vec::new();
-    let mut recent = [usize::MAX; RECENT];
-    let mut full = 0;
-    let mut steps = 0;
-    while !settled(&swarm, &joined, &recent) && full < RECENT {
-        let wanted = give_births(&mut swarm, sources, count);
-        full += usize::from(wanted > 0 && swarm.particles.len() >= count);
-        let classes = joined.class_of_each();
-        swarm.step(|a, b| classes[a as usize] == classes[b as usize]);
-        let met = meet(&mut swarm, &mut joined, &mut meetings);
-        recent.rotate_right(1);
-        recent[0] = wanted + met;
-        steps += 1;
-    }
-    swarm.refresh();
-    Drifted {
-        covered: settled(&swarm, &joined, &recent),
-        swarm,
-        joined,
-        meetings,
-        steps,
-    }
-}
-
-/// Whether nothing happened for a while, or, once all sources are joined, little.
-fn settled<const D: usize, S: Surface<D>>(
-    swarm: &Swarm<'_, D, S>,
-    joined: &Sources,
-    recent: &[usize; RECENT],
-) -> bool {
-    let happened = recent.iter().fold(0_usize, |sum, r| sum.saturating_add(*r));
-    let little = FULL * swarm.particles.len() as f64;
-    happened == 0 || (joined.classes() == 1 && happened as f64 <= little)
-}
-
-/// Births where the nearest neighbour is farther than epsilon, up to `count` particles: a litter at
-/// sources, one at particles on their way. Returns how many had room.
-fn give_births<const D: usize, S: Surface<D>>(
-    swarm: &mut Swarm<'_, D, S>,
-    sources: usize,
-    count: usize,
-) -> usize {
-    swarm.refresh();
-    let litter = LITTER * swarm.intrinsic_dimension() + 1;
-    let roomy: Vec<u32> = (0..swarm.particles.len() as u32)
-        .filter(|i| swarm.room(*i) > 1.0)
-        .collect();
-    for i in &roomy {
-        if swarm.particles.len() >= count {
-            break;
-        }
-        let children = if (*i as usize) < sources { litter } else { 1 };
-        swarm.give_birth(*i, children, BIRTH);
-    }
-    roomy.len()
-}
-
-/// Joins the sources whose particles have come within epsilon; returns how many joined.
-fn meet<const D: usize, S: Surface<D>>(
-    swarm: &mut Swarm<'_, D, S>,
-    joined: &mut Sources,
-    meetings: &mut Vec<Meeting>,
-) -> usize {
-    let before = joined.classes();
-    if before == 1 {
-        return 0;
-    }
-    let classes = joined.class_of_each();
-    let of = |swarm: &Swarm<'_, D, S>, i: u32| swarm.particles[i as usize].source as usize;
-    let count = swarm.particles.len() as u32;
-    let mut near: Vec<[u32; 2]> = Vec::new();
-    for i in 0..count {
-        let others = swarm.neighbours(i).iter();
-        near.extend(others.filter_map(|&j| {
-            let apart = classes[of(swarm, i)] != classes[of(swarm, j)];
-            (apart && i < j && swarm.distance(i, j) < swarm.mean_spacing(i, j)).then_some([i, j])
-        }));
-    }
-    for [i, j] in near {
-        let (a, b) = (of(swarm, i) as u32, of(swarm, j) as u32);
-        if swarm.walkable(i, j) && joined.join(a, b) {
-            meetings.push(Meeting([i, j].map(|i| (i, swarm.record(i)))));
-        }
-    }
-    before - joined.classes()
-}
-
-type Rest<const D: usize, P> = Vec<(u32, Node<D, P>, f64)>;
-
-/// The graph of the joined trajectories: its nodes are the sources and all locations recorded, its
-/// edges the pieces of the trajectories, the meetings, and the joins of particles at rest.
-fn connect<const D: usize, S: Surface<D>>(
-    drifted: &mut Drifted<'_, D, S>,
-) -> (Graph<D, S::Place>, Rest<D, S::Place>) {
-    let swarm = &drifted.swarm;
-    let mut nodes = Vec::new();
-    let mut firsts = Vec::new();
-    for particle in &swarm.particles {
-        firsts.push(nodes.len() as u32);
-        // A trajectory begins at the source, which is a node of its own, and ends at rest.
-        nodes.extend(particle.trajectory.iter().skip(1).copied());
-        nodes.push(particle.node);
-    }
-    let recorded = |i: u32, records: usize| firsts[i as usize] + records as u32 - 2;
-    let at_rest = |i: u32| {
-        let next = firsts.get(i as usize + 1).copied();
-        next.unwrap_or(nodes.len() as u32) - 1
-    };
-    let mut lists = vec![Vec::new(); nodes.len()];
-    let mut join = |a: u32, b: u32| {
-        lists[a as usize].push(b);
-        lists[b as usize].push(a);
-    };
-    for (i, particle) in swarm.particles.iter().enumerate().filter(|(_, p)| !p.fixed) {
-        join(firsts[particle.source as usize], firsts[i]);
-        for node in firsts[i]..at_rest(i as u32) {
-            join(node, node + 1);
-        }
-    }
-    for Meeting(both) in &drifted.meetings {
-        let [a, b] = both.map(|(i, records)| {
-            if records < 2 {
-                at_rest(i)
-            } else {
-                recorded(i, records)
-            }
-        });
-        join(a, b);
-    }
-    for (i, j) in joins(swarm) {
-        let [a, b] = [i, j].map(|i: u32| swarm.particles[i as usize].source);
-        drifted.joined.join(a, b);
-        join(at_rest(i), at_rest(j));
-    }
-    for list in &mut lists {
-        list.sort_unstable();
-        list.dedup();
-    }
-    let rest = (0..swarm.particles.len() as u32)
-        .map(|i| {
-            (
-                at_rest(i),
-                swarm.particles[i as usize].node,
-                swarm.spacing(i),
-            )
-        })
-        .collect();
-    (Graph::new(nodes, lists.iter().map(Vec::as_slice)), rest)
-}
-
-/// The pairs of particles at rest a step along the surface apart.
-fn joins<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> Vec<(u32, u32)> {
-    let of = |i: u32| {
-        let near = |j: &u32| {
-            let others = swarm.neighbours(*j);
-            // Of two that are each other's neighbours the first looks.
-            (i < *j || !others.contains(&i))
-                && swarm.distance(i, *j) < REACH * swarm.mean_spacing(i, *j)
-                && swarm.walkable(i, *j)
-        };
-        let found: Vec<(u32, u32)> = swarm
-            .neighbours(i)
-            .iter()
-            .copied()
-            .filter(near)
-            .map(|j| (i, j))
-            .collect();
-        found
-    };
-    (0..swarm.particles.len() as u32)
-        .into_par_iter()
-        .flat_map_iter(of)
-        .collect()
-}
-
 impl<const D: usize, S: Surface<D>> Network<D, S> {
     /// The sources.
     #[must_use]
@@ -345,7 +111,8 @@ impl<const D: usize, S: Surface<D>> Network<D, S> {
         &self.classes
     }
 
-    /// The locations recorded of each particle, its source first; a source's own is itself alone.
+    /// The locations recorded of each particle, its birthplace first, which is a source or lies on the
+    /// trajectory of another; a source's own is itself alone.
     #[must_use]
     pub fn trajectories(&self) -> &[Vec<Node<D, S::Place>>] {
         &self.trajectories

@@ -11,8 +11,10 @@ pub(super) struct Particle<const D: usize, P> {
     pub source: u32,
     /// Sources given by the user stay where they are.
     pub fixed: bool,
-    /// Where it was, from its source on, a share of a spacing apart (step (d) of the procedure).
+    /// Where it was, from its birthplace on, a share of a spacing apart (step (d) of the procedure).
     pub trajectory: Vec<Node<D, P>>,
+    /// Its birthplace: a particle, and how many records that one had by then.
+    pub birthplace: (u32, usize),
 }
 
 /// First- and second-order geometry at a particle.

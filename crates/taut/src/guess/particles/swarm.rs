@@ -93,6 +93,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
                     source,
                     fixed,
                     trajectory: vec![*node],
+                    birthplace: (source, 1),
                 })
             })
             .collect::<Result<Vec<_>, Error>>()?;
@@ -173,9 +174,14 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
 
     /// Whether a step along the surface leads from one particle to another.
     pub fn walkable(&self, i: u32, j: u32) -> bool {
-        let [from, to] = [i, j].map(|i| &self.particles[i as usize].node);
+        self.same_sheet(i, j) && self.leads_to(&self.particles[i as usize].node, j)
+    }
+
+    /// Whether a step along the surface leads from a point of it to a particle.
+    pub fn leads_to(&self, from: &Node<D, S::Place>, to: u32) -> bool {
         let mut scratch = Geometry::new(self.codimension());
-        self.same_sheet(i, j) && walks(self.surface, from, &to.point, &mut scratch)
+        let to = &self.particles[to as usize].node.point;
+        walks(self.surface, from, to, &mut scratch)
     }
 
     /// Records where a particle is; returns the number of its records.
@@ -362,11 +368,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         let mut scratch = Geometry::new(self.codimension());
         let parent = self.particles[i as usize].clone();
         let length = (offset * self.spacing(i)).min(LONGEST_STEP / parent.frame.curvature);
-        // A trajectory starts at the source: a particle's child goes on where its parent is.
-        let mut trajectory = parent.trajectory.clone();
-        if self.records && !parent.fixed {
-            trajectory.push(parent.node);
-        }
+        let birthplace = (i, if self.records { self.record(i) } else { 1 });
         let mut random = Random::new(self.seed, self.births);
         self.births += 1;
         let before = self.particles.len();
@@ -382,7 +384,8 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
                 frame,
                 source: parent.source,
                 fixed: false,
-                trajectory: trajectory.clone(),
+                trajectory: vec![parent.node],
+                birthplace,
             });
             let child = self.spacings.len() as u32;
             self.spacings
