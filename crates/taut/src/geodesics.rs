@@ -209,7 +209,12 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let (start, end) = (self.entrances(from), self.entrances(to));
         let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
         let both = (&search.forward, &search.backward);
-        self.along(from, to, routes::routes(&self.graph, both, most, longest))
+        let reached = search.backward.reached();
+        self.along(
+            from,
+            to,
+            routes::routes(&self.graph, both, reached, most, longest),
+        )
     }
 
     /// The guesses along routes from one node to another.

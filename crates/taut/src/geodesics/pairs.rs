@@ -60,7 +60,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// What `keep` makes of the shortest geodesic found between any two of n nodes: for i < j, pair
     /// (i, j) comes after all (i', j) with i' < i and all (., j') with j' < j. In parallel.
     ///
-    /// n spreads of distances over the whole graph, each kept in 20 bytes a node of it, and then
+    /// n spreads of distances over the whole graph, each kept in 24 bytes a node of it, and then
     /// n (n - 1) / 2 corrections as in [`path`](Self::path).
     pub fn all_pairs<T: Send>(
         &self,
@@ -78,7 +78,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 let [start, end] = pair.map(|i| &from_each[i]);
                 let longest = DETOUR * start.distance(end);
                 let both = (&start.distances, &end.distances);
-                let routes = routes::routes(&self.graph, both, GUESSES, longest);
+                let near = start.between(end, longest);
+                let routes = routes::routes(&self.graph, both, &near, GUESSES, longest);
                 let guesses = self.along(&nodes[pair[0]], &nodes[pair[1]], routes);
                 let mut workspace = self.take_workspace();
                 let paths = self.pull_taut(&guesses, settings, self.close(), &mut workspace.solver);
@@ -92,8 +93,10 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let entrances = self.entrances(node);
         let mut distances = Distances::new(&self.graph);
         distances.search(&self.graph, &entrances, |_| 0.0, |_, _| f32::INFINITY);
+        let lengths = (0..self.graph.nodes.len() as u32).map(|v| distances.distance(v));
         End {
             entrances,
+            lengths: lengths.collect(),
             distances,
         }
     }
@@ -103,9 +106,18 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
 struct End {
     entrances: Vec<(u32, f32)>,
     distances: Distances,
+    /// The distances alone, close together.
+    lengths: Vec<f32>,
 }
 
 impl End {
+    /// The nodes on routes at most so long.
+    fn between(&self, other: &Self, longest: f32) -> Vec<u32> {
+        let sums = self.lengths.iter().zip(&other.lengths);
+        let near = sums.zip(0..).filter(|((a, b), _)| **a + **b <= longest);
+        near.map(|(_, node)| node).collect()
+    }
+
     /// Distance along the graph, infinite where there is none.
     fn distance(&self, other: &Self) -> f32 {
         let ways = other.entrances.iter();

@@ -45,7 +45,7 @@ const LARGEST_CORRECTION: f64 = 0.5;
 /// ... up to so many times, and then left out.
 const HALVINGS: usize = 3;
 /// A location is recorded when the particle is that far from the last one, in spacings.
-const RECORD: f64 = 0.5;
+const RECORD: f64 = 1.0;
 /// Curvatures above this many mean ones count as that.
 const SHARPEST: f64 = 8.0;
 
