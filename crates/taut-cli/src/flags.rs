@@ -197,15 +197,22 @@ pub struct CheckFlags {
     pub json: bool,
 }
 
+/// Equations or a shape.
 #[derive(Debug, Args)]
-#[group(id = "law", required = true, multiple = false, args = ["implicit", "shape"])]
-pub struct SampleFlags {
+#[group(required = true, multiple = false)]
+pub struct LawFlags {
     /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub implicit: Vec<String>,
     /// A named shape such as sphere:1, torus:1,0.4 or ellipsoid:3,2,1
     #[arg(long, value_name = "NAME:SIZES", value_parser = Shape::parse)]
     pub shape: Option<Shape>,
+}
+
+#[derive(Debug, Args)]
+pub struct SampleFlags {
+    #[command(flatten)]
+    pub law: LawFlags,
     /// The part of space to keep to with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
     #[arg(
         long,

@@ -273,7 +273,7 @@ impl TryFrom<SampleFlags> for SampleSettings {
             ),
         };
         Ok(Self {
-            equations: EquationSettings::new(flags.shape, flags.implicit, flags.bounds)?,
+            equations: EquationSettings::new(flags.law.shape, flags.law.implicit, flags.bounds)?,
             count: flags.count.get(),
             sources,
             spread: if flags.uniform {
