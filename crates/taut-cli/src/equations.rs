@@ -84,7 +84,7 @@ fn located<const D: usize>(
 }
 
 /// Where a surface is looked for when nothing says where it is.
-const SEARCHED: f64 = 2.0;
+pub const SEARCHED: f64 = 2.0;
 /// Points from which it is looked for.
 const TRIES: usize = 64;
 
@@ -127,7 +127,7 @@ fn facts_in<const D: usize>(
 }
 
 /// Points of the surface within a region, from tries spread over it.
-fn feet<const D: usize>(
+pub fn feet<const D: usize>(
     settings: &EquationSettings,
     region: &Bounds,
 ) -> Result<Vec<Vector<D>>, Failure> {
@@ -164,7 +164,7 @@ fn sampled<const D: usize>(
 }
 
 /// The equations for vectors of size D: surplus variables are 0.
-fn system<const D: usize>(settings: &EquationSettings) -> Result<System, Failure> {
+pub fn system<const D: usize>(settings: &EquationSettings) -> Result<System, Failure> {
     match &settings.law {
         Law::Shape(shape) => Ok(System::Shape(shape.clone())),
         Law::Texts(texts) => {
@@ -190,7 +190,7 @@ fn points_of<'a>(pairs: &'a [[End; 2]], dimension: usize) -> Result<Vec<&'a [f64
 }
 
 /// The part of space to sample: as given, or the box of a shape if it holds all points.
-fn bounds(settings: &EquationSettings, points: &[&[f64]]) -> Option<Bounds> {
+pub fn bounds(settings: &EquationSettings, points: &[&[f64]]) -> Option<Bounds> {
     let Law::Shape(shape) = &settings.law else {
         return settings.bounds.clone();
     };
@@ -205,7 +205,7 @@ fn bounds(settings: &EquationSettings, points: &[&[f64]]) -> Option<Bounds> {
 }
 
 /// A length of the order of the region that the points span.
-fn extent(points: &[&[f64]]) -> f64 {
+pub fn extent(points: &[&[f64]]) -> f64 {
     let largest = points
         .iter()
         .copied()

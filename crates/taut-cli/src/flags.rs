@@ -34,6 +34,15 @@ Examples:
 The length comes with two errors: length_error is that of the path on the surface taut works on,
 surface_error is what a surface reconstructed from points adds to it (0 for equations).";
 
+const SAMPLE_EXAMPLES: &str = "\
+Examples:
+  taut sample --shape torus:1,0.4 -n 4000 -o points.ply --picture points.png
+  taut sample --implicit 'x^4 + y^4 + z^4 = 1' -n 1000 --uniform -o points.xyz
+  taut sample --shape ellipsoid:3,2,1 -n 500 --source 3,0,0 --source=-3,0,0 -o points.csv
+
+Particles born at the sources repel each other until they have spread over the surface. Sources stay
+where they are; without any, all particles float.";
+
 /// Geodesics, shortest paths along a surface, from a scan or an equation.
 ///
 /// A point cloud becomes a smooth surface, a first guess crosses it, and the guess is pulled taut
@@ -60,6 +69,10 @@ pub enum Command {
     Path(PathFlags),
     /// Tell what a surface is like, and warn of what may go wrong
     Check(CheckFlags),
+    /// Spread points over a surface given by equations, denser where it bends
+    #[command(after_help = SAMPLE_EXAMPLES)]
+    #[command(after_long_help = format!("{SAMPLE_EXAMPLES}\n\n{}", Exit::help()))]
+    Sample(SampleFlags),
     /// Find a path on a rolled-up sheet and compare it with the exact answer
     Demo(DemoFlags),
     /// Write completions for a shell to standard output
@@ -182,6 +195,61 @@ pub struct CheckFlags {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// Equations or a shape.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct LawFlags {
+    /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub implicit: Vec<String>,
+    /// A named shape such as sphere:1, torus:1,0.4 or ellipsoid:3,2,1
+    #[arg(long, value_name = "NAME:SIZES", value_parser = Shape::parse)]
+    pub shape: Option<Shape>,
+}
+
+#[derive(Debug, Args)]
+pub struct SampleFlags {
+    #[command(flatten)]
+    pub law: LawFlags,
+    /// The part of space to keep to with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
+    #[arg(
+        long,
+        value_name = "LO:HI,..",
+        allow_hyphen_values = true,
+        conflicts_with = "shape"
+    )]
+    pub bounds: Option<Bounds>,
+    /// How many points
+    #[arg(long, short = 'n', value_name = "N")]
+    pub count: NonZeroUsize,
+    /// As densely where the surface is flat as where it bends
+    #[arg(long)]
+    pub uniform: bool,
+    /// Coordinates of a point to start from, which is kept; repeat it for several
+    #[arg(
+        long,
+        value_name = "P",
+        allow_hyphen_values = true,
+        conflicts_with = "sources"
+    )]
+    pub source: Vec<End>,
+    /// A file of points to start from
+    #[arg(long, value_name = "FILE")]
+    pub sources: Option<PathBuf>,
+    /// Which random sample
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Write the points with normals: .ply .obj .xyz .csv .npy
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Draw the points
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

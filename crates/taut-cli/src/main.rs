@@ -11,6 +11,7 @@ mod output;
 mod path;
 mod picture;
 mod progress;
+mod sample;
 mod settings;
 mod surface;
 
@@ -44,6 +45,7 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
     threads.install(|| match flags.command {
         Command::Path(flags) => path::run(&flags.try_into()?, &progress),
         Command::Check(flags) => check::run(&flags.try_into()?, &progress),
+        Command::Sample(flags) => sample::run(&flags.try_into()?, &progress),
         Command::Demo(flags) => demo::run(&flags, &progress),
         Command::Completions { shell } => completions(shell),
     })

@@ -6,12 +6,13 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use taut::correction;
+use taut::guess::particles::Spread;
 use taut::surface::shapes::Shape;
 use taut_formula::Formula;
 use taut_io::ReadOptions;
 
 use crate::exit::Failure;
-use crate::flags::{CheckFlags, PathFlags, SurfaceFlags};
+use crate::flags::{CheckFlags, PathFlags, SampleFlags, SourceFlags, SurfaceFlags};
 
 /// Where the surface comes from.
 pub enum Source {
@@ -229,6 +230,65 @@ pub struct CheckSettings {
     pub json: bool,
 }
 
+/// What `taut sample` was asked to do.
+pub struct SampleSettings {
+    pub equations: EquationSettings,
+    pub count: usize,
+    pub sources: Sources,
+    pub spread: Spread,
+    pub seed: u64,
+    pub json: bool,
+    pub output: Option<PathBuf>,
+    pub picture: Option<PathBuf>,
+}
+
+/// Where particles start.
+pub enum Sources {
+    /// Nowhere in particular.
+    Any,
+    Points(Vec<Vec<f64>>),
+    /// A file of points.
+    File(PathBuf),
+}
+
+impl TryFrom<SampleFlags> for SampleSettings {
+    type Error = Failure;
+
+    fn try_from(flags: SampleFlags) -> Result<Self, Failure> {
+        let point = |end| match end {
+            End::Point(point) => Ok(point),
+            End::Row(row) => Err(Failure::Usage(format!(
+                "--source: found {row}, expected coordinates with commas between them"
+            ))),
+        };
+        let sources = match flags.sources {
+            Some(file) => Sources::File(file),
+            None if flags.source.is_empty() => Sources::Any,
+            None => Sources::Points(
+                flags
+                    .source
+                    .into_iter()
+                    .map(point)
+                    .collect::<Result<_, _>>()?,
+            ),
+        };
+        Ok(Self {
+            equations: EquationSettings::new(flags.law.shape, flags.law.implicit, flags.bounds)?,
+            count: flags.count.get(),
+            sources,
+            spread: if flags.uniform {
+                Spread::Even
+            } else {
+                Spread::Curvature
+            },
+            seed: flags.seed,
+            json: flags.json,
+            output: flags.output,
+            picture: flags.picture,
+        })
+    }
+}
+
 impl TryFrom<SurfaceFlags> for Source {
     type Error = Failure;
 
@@ -247,22 +307,35 @@ impl TryFrom<SurfaceFlags> for Source {
                 },
             }));
         }
-        if let Some(shape) = flags.source.shape {
-            return Ok(Self::Equations(EquationSettings {
+        let SourceFlags {
+            implicit, shape, ..
+        } = flags.source;
+        EquationSettings::new(shape, implicit, flags.bounds).map(Self::Equations)
+    }
+}
+
+impl EquationSettings {
+    /// Of a shape, or else of equations.
+    fn new(
+        shape: Option<Shape>,
+        texts: Vec<String>,
+        bounds: Option<Bounds>,
+    ) -> Result<Self, Failure> {
+        if let Some(shape) = shape {
+            return Ok(Self {
                 dimension: shape.dimension(),
                 bounds: None,
                 law: Law::Shape(shape),
-            }));
+            });
         }
-        let texts = flags.source.implicit;
         let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
         let dimension = Formula::parse(&borrowed, None)?.dimension();
-        let bounds = flags.bounds.map(|bounds| bounds.for_dimension(dimension));
-        Ok(Self::Equations(EquationSettings {
+        let bounds = bounds.map(|bounds| bounds.for_dimension(dimension));
+        Ok(Self {
             dimension,
             bounds: bounds.transpose()?,
             law: Law::Texts(texts),
-        }))
+        })
     }
 }
 

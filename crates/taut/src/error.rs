@@ -67,4 +67,17 @@ pub enum Error {
         /// Number of variables.
         dimension: usize,
     },
+    /// No source for particles to leave from.
+    #[error("no source: particles need a point of the surface to start from")]
+    NoSources,
+    /// Particles that find no end of room.
+    #[error(
+        "the surface has room for more than {particles} particles at distances of {size}, its size: bound the part to cover"
+    )]
+    Endless {
+        /// Particles that it has room for.
+        particles: usize,
+        /// The length taken for the surface's extent.
+        size: f64,
+    },
 }

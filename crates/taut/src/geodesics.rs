@@ -1,5 +1,9 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
+mod pairs;
+
+pub use pairs::Guess;
+
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::correction::newton::Solver;
@@ -8,7 +12,7 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
-use crate::guess::routes::{self, DETOUR};
+use crate::guess::routes::{self, DETOUR, Route};
 use crate::result::{Path, Status};
 use crate::surface::Node;
 
@@ -107,15 +111,23 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         close: f64,
     ) -> Vec<Path<D>> {
-        let idle = self.locked_idle().pop();
-        let mut workspace = idle.unwrap_or_else(|| Workspace {
-            search: Search::new(&self.graph),
-            solver: Solver::new(D - self.surface.intrinsic_dimension()),
-        });
+        let mut workspace = self.take_workspace();
         let guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
         let paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
-        self.locked_idle().push(workspace);
+        self.put_back(workspace);
         paths
+    }
+
+    fn take_workspace(&self) -> Workspace<D, S::Place> {
+        let idle = self.locked_idle().pop();
+        idle.unwrap_or_else(|| Workspace {
+            search: Search::new(&self.graph),
+            solver: Solver::new(D - self.surface.intrinsic_dimension()),
+        })
+    }
+
+    fn put_back(&self, workspace: Workspace<D, S::Place>) {
+        self.locked_idle().push(workspace);
     }
 
     fn locked_idle(&self) -> MutexGuard<'_, Vec<Workspace<D, S::Place>>> {
@@ -170,6 +182,16 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths
     }
 
+    /// The nodes of the graph that a point is joined to, and how long the joins are.
+    fn entrances(&self, node: &Node<D, S::Place>) -> Vec<(u32, f32)> {
+        let mut list = Vec::new();
+        self.surface.entrances(node, &mut |i| {
+            let length = (self.graph.nodes[i as usize].point - node.point).norm();
+            list.push((i, length as f32));
+        });
+        list
+    }
+
     /// Distinct guesses, shortest on the graph first; empty where none connects the two.
     fn guesses(
         &self,
@@ -179,17 +201,25 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         search: &mut Search,
     ) -> Vec<Vec<Node<D, S::Place>>> {
-        let entrances = |node: &Node<D, S::Place>| {
-            let mut list = Vec::new();
-            self.surface.entrances(node, &mut |i| {
-                let length = (self.graph.nodes[i as usize].point - node.point).norm();
-                list.push((i, length as f32));
-            });
-            list
-        };
-        let (start, end) = (entrances(from), entrances(to));
+        let (start, end) = (self.entrances(from), self.entrances(to));
         let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
-        routes::routes(&self.graph, search, most, longest)
+        let both = (&search.forward, &search.backward);
+        let reached = search.backward.reached();
+        self.along(
+            from,
+            to,
+            routes::routes(&self.graph, both, reached, most, longest),
+        )
+    }
+
+    /// The guesses along routes from one node to another.
+    fn along(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        routes: Vec<Route>,
+    ) -> Vec<Vec<Node<D, S::Place>>> {
+        routes
             .into_iter()
             .map(|route| {
                 let inner = route.nodes.iter().map(|v| self.graph.nodes[*v as usize]);

@@ -3,6 +3,7 @@
 pub(crate) mod dijkstra;
 pub(crate) mod graph;
 pub(crate) mod landmarks;
+pub mod particles;
 pub(crate) mod queue;
 pub(crate) mod routes;
 pub mod sampling;

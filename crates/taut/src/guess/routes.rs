@@ -5,7 +5,7 @@
 //! obstacle, a handle or a bulge (via nodes: Abraham, Delling, Goldberg, Werneck, "Alternative Routes
 //! in Road Networks", SEA 2010).
 
-use crate::guess::dijkstra::{Distances, NONE, Search};
+use crate::guess::dijkstra::{Distances, NONE};
 use crate::guess::graph::{Edge, Graph};
 
 /// A way along the graph, its nodes from start to end (the end points themselves excluded).
@@ -20,17 +20,18 @@ pub(crate) const DETOUR: f32 = 1.1;
 /// Two routes that share more than this much of their nodes' surroundings are one.
 const SHARED: f64 = 0.85;
 
-/// Up to `most` distinct routes, shortest first, at most `longest`.
+/// Up to `most` distinct routes through some of the `candidates`, shortest first, at most `longest`, by
+/// the distances from both ends.
 pub(crate) fn routes<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
-    search: &Search,
+    (from, to): (&Distances, &Distances),
+    candidates: &[u32],
     most: usize,
     longest: f32,
 ) -> Vec<Route> {
-    let (from, to) = (&search.forward, &search.backward);
     let through = |v: u32| from.distance(v) + to.distance(v);
     let shorter = |a: &u32, b: &u32| through(*a).total_cmp(&through(*b)).then(a.cmp(b));
-    let Some(best) = to.reached().iter().copied().min_by(shorter) else {
+    let Some(best) = candidates.iter().copied().min_by(shorter) else {
         return Vec::new();
     };
     let mut chosen = vec![Route {
@@ -39,11 +40,11 @@ pub(crate) fn routes<const D: usize, P: Copy>(
     if most == 1 {
         return chosen;
     }
-    let mut candidates = valleys(graph, to.reached(), through, longest);
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut bottoms = valleys(graph, candidates, through, longest);
+    bottoms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut near = vec![false; graph.nodes.len()];
     mark(graph, &chosen[0], &mut near);
-    for (_, bottom) in candidates {
+    for (_, bottom) in bottoms {
         if near[bottom as usize] {
             continue;
         }
@@ -91,15 +92,15 @@ fn mark<const D: usize, P: Copy>(graph: &Graph<D, P>, route: &Route, near: &mut 
     }
 }
 
-/// (length of the route through it, node) for every node of those reached that no neighbour undercuts:
+/// (length of the route through it, node) for every one of the candidates that no neighbour undercuts:
 /// the bottoms of the valleys of the length through a node.
 fn valleys<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
-    reached: &[u32],
+    candidates: &[u32],
     through: impl Fn(u32) -> f32,
     longest: f32,
 ) -> Vec<(f32, u32)> {
-    reached
+    candidates
         .iter()
         .filter_map(|&v| {
             let length = through(v);

@@ -1,0 +1,80 @@
+//! A particle: a point of the surface, how the surface bends there, and the way it came.
+
+use crate::surface::{Geometry, Node, Surface};
+use crate::{Matrix, Vector};
+
+#[derive(Clone, Debug)]
+pub(super) struct Particle<const D: usize, P> {
+    pub node: Node<D, P>,
+    pub frame: Frame<D>,
+    /// The source it was derived from.
+    pub source: u32,
+    /// Sources given by the user stay where they are.
+    pub fixed: bool,
+    /// Where it was, from its birthplace on, a share of a spacing apart (step (d) of the procedure).
+    pub trajectory: Vec<Node<D, P>>,
+    /// Its birthplace: a particle, and how many records that one had by then.
+    pub birthplace: (u32, usize),
+}
+
+/// First- and second-order geometry at a particle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame<const D: usize> {
+    /// Columns 0..m normal, m..D tangent.
+    pub basis: Matrix<D>,
+    /// The shape operators squared and summed over an orthonormal basis of normals: its eigenvectors
+    /// are the principal directions v_j of a hypersurface, its eigenvalues kappa_j^2.
+    pub bending: Matrix<D>,
+    /// The square root of its trace, (sum kappa_j^2)^(1/2).
+    pub curvature: f64,
+}
+
+impl<const D: usize> Frame<D> {
+    /// `None` where the surface has no tangent space.
+    pub fn at<S: Surface<D>>(
+        surface: &S,
+        node: &Node<D, S::Place>,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Self> {
+        if !surface.geometry(&node.point, node.place, scratch) {
+            return None;
+        }
+        let m = scratch.codimension;
+        let mut bending = Matrix::zeros();
+        for a in 0..m {
+            let form = scratch.second_form(&scratch.normal(a));
+            let mut shape = Matrix::<D>::zeros();
+            for j in m..D {
+                let bent = form * scratch.basis.column(j);
+                shape += scratch.project(&bent) * scratch.basis.column(j).transpose();
+            }
+            bending += shape * shape;
+        }
+        Some(Self {
+            basis: scratch.basis,
+            bending,
+            curvature: bending.trace().max(0.0).sqrt(),
+        })
+    }
+
+    /// The tangential part of a vector, `m` being the codimension.
+    pub fn project(&self, v: &Vector<D>, m: usize) -> Vector<D> {
+        (0..m).fold(*v, |tangential, j| {
+            let normal = self.basis.column(j);
+            tangential - normal * normal.dot(v)
+        })
+    }
+
+    /// Whether a chord from here runs along the surface rather than across to another sheet.
+    pub fn runs_along(&self, chord: &Vector<D>, m: usize) -> bool {
+        let mut across = 0.0;
+        for j in 0..m {
+            let part: f64 = (0..D).map(|i| self.basis[(i, j)] * chord[i]).sum();
+            across += part * part;
+        }
+        across <= STEEPEST * STEEPEST * chord.norm_squared()
+    }
+}
+
+/// Largest sine of the angle between a chord along the surface and the tangent plane.
+const STEEPEST: f64 = 0.6;

@@ -1,0 +1,161 @@
+//! Samplings for their own sake: particles that all repel each other, a given number of them.
+
+use crate::Vector;
+use crate::error::Error;
+use crate::guess::particles::swarm::{Swarm, neighbour_count};
+use crate::guess::particles::{Quality, Settings};
+use crate::surface::{Node, Surface};
+
+/// Points well spread over a surface.
+#[derive(Clone, Debug)]
+pub struct Sampling<const D: usize, P> {
+    /// The points, the sources first.
+    pub nodes: Vec<Node<D, P>>,
+    /// A unit normal at each (the first of m for codimension m).
+    pub normals: Vec<Vector<D>>,
+    /// (sum kappa_j^2)^(1/2) at each, kappa_j the principal curvatures, 1 / length.
+    pub curvatures: Vec<f64>,
+    /// The distance to its neighbours that each strives for.
+    pub spacings: Vec<f64>,
+    /// How well they are spread.
+    pub quality: Quality,
+}
+
+/// A particle with more room than this many spacings gives birth.
+const ROOM: f64 = 1.0;
+/// How far from its parent a particle is born, in spacings.
+const BIRTH: f64 = 0.5;
+/// When no more than this share of them do, ...
+const FULL: f64 = 0.02;
+/// ... for a round or, as few take longer to drift apart, so many by their number more, ...
+const PATIENCE: usize = 64;
+/// ... the spacing shrinks by this factor: twice the particles on a surface.
+const REFINEMENT: f64 = 0.707;
+/// Steps between births.
+const SETTLE: usize = 3;
+/// Steps at the end, and how many with the same neighbours.
+const RELAX: usize = 40;
+const RELAX_PER_SEARCH: usize = 4;
+/// More particles than that a size apart show that the surface has no end.
+const ENDLESS: usize = 256;
+
+/// Spreads `count` points over the components of a surface that hold the `sources`; these stay where
+/// they are if `fixed`, and else float like all others.
+///
+/// A particle with room about it gives birth to another; when none has, the spacing shrinks, until there
+/// are `count`. O(n log n) in their number; the same bits on any number of threads.
+///
+/// ```
+/// use taut::Vector;
+/// use taut::guess::particles::{Settings, sample};
+/// use taut::surface::{Node, implicit::ImplicitSurface, shapes::Shape};
+/// let ellipsoid = ImplicitSurface::new(Shape::parse("ellipsoid:3,2,1")?, 3.0);
+/// let source = Node { point: Vector::<3>::new(3.0, 0.0, 0.0), place: () };
+/// let sampling = sample(&ellipsoid, &[source], true, 500, &Settings::new(3.0))?;
+/// assert_eq!(sampling.nodes.len(), 500);
+/// assert!(sampling.quality.density_follows_curvature > 0.9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NoSources`] without a source, [`Error::NoFoot`] for a source where the surface has no tangent
+/// space, [`Error::Endless`] where particles a size apart find no end of room and no region holds them.
+pub fn sample<const D: usize, S: Surface<D>>(
+    surface: &S,
+    sources: &[Node<D, S::Place>],
+    fixed: bool,
+    count: usize,
+    settings: &Settings<D>,
+) -> Result<Sampling<D, S::Place>, Error> {
+    let mut swarm = Swarm::new(surface, sources, fixed, settings.size, settings)?;
+    fill(&mut swarm, count, settings)?;
+    swarm.particles.truncate(count.max(sources.len()));
+    for _ in 0..RELAX / RELAX_PER_SEARCH {
+        swarm.refresh();
+        let crowding = crowding(&swarm);
+        swarm.widen(crowding);
+        for _ in 0..RELAX_PER_SEARCH {
+            swarm.step(|_, _| true);
+        }
+    }
+    Ok(collect(&swarm))
+}
+
+/// Births until there are `count` particles.
+pub(super) fn fill<const D: usize, S: Surface<D>>(
+    swarm: &mut Swarm<'_, D, S>,
+    count: usize,
+    settings: &Settings<D>,
+) -> Result<(), Error> {
+    let (mut idle, mut refined) = (0, false);
+    while swarm.particles.len() < count {
+        swarm.refresh();
+        let mut roomy: Vec<(f64, u32)> = (0..swarm.particles.len() as u32)
+            .map(|i| (swarm.room(i), i))
+            .filter(|(room, _)| *room > ROOM)
+            .collect();
+        roomy.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        roomy.truncate(count - swarm.particles.len());
+        let born: usize = roomy
+            .iter()
+            .map(|(_, i)| swarm.give_birth(*i, 1, BIRTH))
+            .sum();
+        for _ in 0..SETTLE {
+            swarm.step(|_, _| true);
+        }
+        let present = swarm.particles.len();
+        idle = if born as f64 <= FULL * present as f64 {
+            idle + 1
+        } else {
+            0
+        };
+        if idle > PATIENCE / present {
+            swarm.widen(REFINEMENT);
+            (idle, refined) = (0, true);
+        }
+        if settings.region.is_none() && !refined && swarm.particles.len() > ENDLESS {
+            return Err(Error::Endless {
+                particles: ENDLESS,
+                size: settings.size,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The mean distance to the first ring of neighbours, in spacings.
+pub(super) fn crowding<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> f64 {
+    let ring = neighbour_count(swarm.intrinsic_dimension()) / 3;
+    let mut distances = Vec::new();
+    for i in 0..swarm.particles.len() as u32 {
+        let mut near: Vec<f64> = swarm
+            .neighbours(i)
+            .iter()
+            .map(|j| swarm.distance(i, *j) / swarm.spacing(i))
+            .collect();
+        near.sort_by(f64::total_cmp);
+        distances.extend(near.iter().take(ring.max(1)));
+    }
+    if distances.is_empty() {
+        return 1.0;
+    }
+    distances.iter().sum::<f64>() / distances.len() as f64
+}
+
+fn collect<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> Sampling<D, S::Place> {
+    let nodes: Vec<Node<D, S::Place>> = swarm.particles.iter().map(|p| p.node).collect();
+    let points: Vec<Vector<D>> = nodes.iter().map(|node| node.point).collect();
+    let curvatures: Vec<f64> = swarm.particles.iter().map(|p| p.frame.curvature).collect();
+    let spacings: Vec<f64> = (0..nodes.len() as u32).map(|i| swarm.spacing(i)).collect();
+    Sampling {
+        normals: swarm
+            .particles
+            .iter()
+            .map(|p| p.frame.basis.column(0).into_owned())
+            .collect(),
+        quality: Quality::measure(&points, &curvatures, &spacings),
+        nodes,
+        curvatures,
+        spacings,
+    }
+}

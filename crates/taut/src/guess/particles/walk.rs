@@ -1,0 +1,42 @@
+//! Whether two near points are a step along the surface apart.
+
+use crate::Vector;
+use crate::surface::{Geometry, Node, Surface};
+
+/// Steps over a chord.
+const STEPS: f64 = 3.0;
+/// Steps more than that to arrive in.
+const SPARE: usize = 4;
+/// The goal is reached within this share of the chord.
+const ARRIVED: f64 = 1e-3;
+
+/// Walks along the surface towards a point; `false` where that leads past it, to another sheet or over
+/// a rim.
+pub(super) fn walks<const D: usize, S: Surface<D>>(
+    surface: &S,
+    from: &Node<D, S::Place>,
+    to: &Vector<D>,
+    scratch: &mut Geometry<D>,
+) -> bool {
+    let mut at = *from;
+    let chord = (to - at.point).norm();
+    for _ in 0..STEPS as usize + SPARE {
+        let left = to - at.point;
+        let distance = left.norm();
+        if distance <= ARRIVED * chord {
+            return true;
+        }
+        if !surface.geometry(&at.point, at.place, scratch) {
+            return false;
+        }
+        let step = scratch.project(&left) * (chord / (STEPS * distance)).min(1.0);
+        let Some(point) = surface.foot(&(at.point + step), &mut at.place, scratch) else {
+            return false;
+        };
+        at.point = point;
+        if surface.beyond_rim(&point, at.place).is_some() {
+            return false;
+        }
+    }
+    false
+}
