@@ -42,6 +42,16 @@ struct Facts {
 /// Samples the surface and writes what was asked for.
 pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
     let sources = points_of(settings, progress)?;
+    if let (Law::Texts(_), None, []) = (
+        &settings.equations.law,
+        &settings.equations.bounds,
+        &sources[..],
+    ) {
+        progress.note(&format!(
+            "{}: without --bounds the points start between -{SEARCHED} and {SEARCHED}; of a surface that goes on without end they cover any part",
+            settings.equations.law
+        ));
+    }
     progress.step("particles");
     let sampled = with_size!(settings.equations.dimension, sampled(settings, &sources))?;
     write_files(settings, &sampled, progress)?;

@@ -74,6 +74,11 @@ fn the_seed_alone_chooses_the_points() {
             path,
         ]);
         assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let note = "without --bounds";
+        assert!(
+            text(&output.stderr).contains(note),
+            "nothing is assumed in silence"
+        );
         std::fs::read(file).expect("written")
     };
     let first = sampled("7", "1", "a.xyz");
