@@ -172,7 +172,9 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             }
             let best = paths.iter().map(|p| p.length).fold(path.length, f64::min);
             longest = longest.max((1.0 + change) * best);
-            paths.push(path);
+            if !paths.iter().any(|other| other.is_same(&path)) {
+                paths.push(path);
+            }
         }
         paths.sort_by(|a, b| {
             distrust(a)

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::Vector;
+use crate::correction::curve;
 
 /// How a path query ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +97,16 @@ impl<const D: usize> Path<D> {
             length_error: f64::INFINITY,
             ..Self::none()
         }
+    }
+
+    /// Both converged, to the same length and the same place halfway.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let halfway = |path: &Self| curve::halfway(path.points.iter().copied());
+        let slack = 2.0 * (self.length_error + other.length_error);
+        self.converged()
+            && other.converged()
+            && (self.length - other.length).abs() <= slack
+            && (halfway(self) - halfway(other)).norm() <= 0.01 * self.length
     }
 
     /// The estimated relative error is within the tolerance asked for.

@@ -186,3 +186,18 @@ impl<'a> Cursor<'a> {
         (self.index, local.clamp(-1.0, 1.0))
     }
 }
+/// The place halfway along the chords between points; the origin where there are none.
+pub(crate) fn halfway<const D: usize>(
+    points: impl Iterator<Item = Vector<D>> + Clone,
+) -> Vector<D> {
+    let chords = || points.clone().zip(points.clone().skip(1));
+    let mut left = 0.5 * chords().map(|(a, b)| (b - a).norm()).sum::<f64>();
+    for (a, b) in chords() {
+        let length = (b - a).norm();
+        if left <= length && length > 0.0 {
+            return a.lerp(&b, left / length);
+        }
+        left -= length;
+    }
+    points.last().unwrap_or_else(Vector::zeros)
+}

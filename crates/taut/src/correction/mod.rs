@@ -8,6 +8,7 @@ pub(crate) mod length;
 pub(crate) mod newton;
 pub(crate) mod nodes;
 
+use crate::Vector;
 use crate::correction::curve::Curve;
 use crate::correction::newton::{Level, Solver};
 use crate::correction::nodes::Profile;
@@ -61,9 +62,12 @@ impl<const D: usize, P: Copy> Taut<D, P> {
 
     /// Two straightened paths of nearly the same length whose middles lie together are one.
     pub fn runs_with(&self, other: &Self, relative: f64) -> bool {
-        let middle = |taut: &Self| taut.curve.nodes[taut.curve.nodes.len() / 2].point;
         (self.length() - other.length()).abs() <= relative * self.length()
-            && (middle(self) - middle(other)).norm() <= 0.05 * self.length()
+            && (self.halfway() - other.halfway()).norm() <= 0.05 * self.length()
+    }
+
+    fn halfway(&self) -> Vector<D> {
+        curve::halfway(self.curve.nodes.iter().map(|node| node.point))
     }
 }
 
