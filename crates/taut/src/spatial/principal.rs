@@ -23,8 +23,8 @@ fn mean<const D: usize>(points: impl ExactSizeIterator<Item = Vector<D>>) -> Vec
     points.fold(Vector::zeros(), |sum, point| sum + point) / count
 }
 
-/// The rows are an orthonormal frame that turns with the points: their principal axes, each pointing to
-/// the side where the points reach farther. The coordinate axes where two principal axes are not
+/// The rows are an orthonormal frame that turns with the points: their principal axes, longest first, each
+/// pointing to the side where the points reach farther. The coordinate axes where two principal axes are not
 /// distinct. O(n) for n points.
 pub(crate) fn axes<const D: usize>(points: &[Vector<D>]) -> Matrix<D> {
     principal_axes(points).unwrap_or_else(Matrix::identity)
@@ -33,16 +33,16 @@ pub(crate) fn axes<const D: usize>(points: &[Vector<D>]) -> Matrix<D> {
 fn principal_axes<const D: usize>(points: &[Vector<D>]) -> Option<Matrix<D>> {
     let (values, vectors) = eigen(&scatter(points.iter().copied()))?;
     let largest = values.max();
-    let mut extended: Vec<f64> = values.iter().copied().collect();
-    extended.retain(|value| *value > FLAT * largest);
-    extended.sort_by(f64::total_cmp);
-    if extended
-        .windows(2)
-        .any(|pair| pair[1] - pair[0] <= DISTINCT * largest)
-    {
+    let mut order: [usize; D] = std::array::from_fn(|i| i);
+    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
+    let alike = |pair: &[usize]| {
+        let [one, next] = [values[pair[0]], values[pair[1]]];
+        next > FLAT * largest && one - next <= DISTINCT * largest
+    };
+    if order.windows(2).any(alike) {
         return None;
     }
-    let mut axes = vectors.transpose();
+    let mut axes = Matrix::<D>::from_fn(|row, column| vectors[(column, order[row])]);
     let mean = mean(points.iter().copied());
     let skewness = points.iter().fold(Vector::<D>::zeros(), |sum, point| {
         let along = axes * (point - mean);
