@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use crate::picture;
 
-/// A cargo command that must succeed.
+/// A command that must succeed.
 struct Step {
     name: &'static str,
+    program: PathBuf,
     arguments: Vec<OsString>,
     environment: Option<(&'static str, &'static str)>,
     /// A picture that the command must leave behind.
@@ -53,7 +54,11 @@ pub fn run() -> ExitCode {
 }
 
 fn steps(picture: &Path) -> Vec<Step> {
-    let mut demo = step("demo", "run --quiet --package taut-cli -- demo --picture");
+    let mut demo = step("demo", "demo --picture");
+    // Built by the tests beside this program; `cargo run` would build it again with other features.
+    demo.program = std::env::current_exe().unwrap_or_default();
+    demo.program
+        .set_file_name(format!("taut{}", std::env::consts::EXE_SUFFIX));
     demo.arguments.push(picture.into());
     demo.picture = Some(picture.to_owned());
     let mut documentation = step("documentation", "doc --workspace --no-deps --lib");
@@ -73,6 +78,7 @@ fn steps(picture: &Path) -> Vec<Step> {
 fn step(name: &'static str, arguments: &str) -> Step {
     Step {
         name,
+        program: std::env::var_os("CARGO").unwrap_or("cargo".into()).into(),
         arguments: arguments.split(' ').map(OsString::from).collect(),
         environment: None,
         picture: None,
@@ -86,18 +92,22 @@ impl Step {
             .map(|(name, value)| format!("{name}='{value}' "));
         let arguments: Vec<_> = self.arguments.iter().map(|a| a.to_string_lossy()).collect();
         format!(
-            "{}cargo {}",
+            "{}{} {}",
             environment.unwrap_or_default(),
+            self.program
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy(),
             arguments.join(" ")
         )
     }
 
     fn run(&self) -> Result<(), Failure> {
-        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+        let mut command = Command::new(&self.program);
         command.args(&self.arguments).envs(self.environment);
         let status = command.status().map_err(|error| Failure {
             code: 1,
-            reason: format!("cargo cannot be started: {error}"),
+            reason: format!("{} cannot be started: {error}", self.program.display()),
         })?;
         if !status.success() {
             let code = status.code().and_then(|code| u8::try_from(code).ok());
