@@ -97,20 +97,8 @@ fn facts_in<const D: usize>(
     settings: &EquationSettings,
     progress: &Progress,
 ) -> Result<Facts, Failure> {
-    let region = bounds(settings, &[]).unwrap_or_else(|| Bounds {
-        low: vec![-SEARCHED; settings.dimension],
-        high: vec![SEARCHED; settings.dimension],
-    });
-    let seeds: Vec<Vector<D>> = match &settings.law {
-        Law::Shape(shape) => shape.seeds().iter().map(|seed| padded(seed)).collect(),
-        Law::Texts(_) => feet(settings, &region)?,
-    };
-    if seeds.is_empty() {
-        return Err(Failure::Usage(format!(
-            "{}: no point of the surface found between {:?} and {:?}; say where it lies with --bounds",
-            settings.law, region.low, region.high
-        )));
-    }
+    let region = searched(settings);
+    let seeds = seeds::<D>(settings, &region, "--bounds")?;
     let geodesics = sampled(settings, &[&region.low, &region.high], &seeds, progress)?;
     let samples = geodesics.surface().samples();
     let (low, high) = corners(&samples);
@@ -126,8 +114,35 @@ fn facts_in<const D: usize>(
     })
 }
 
+/// The part of space where the surface is looked for.
+pub fn searched(settings: &EquationSettings) -> Bounds {
+    bounds(settings, &[]).unwrap_or_else(|| Bounds {
+        low: vec![-SEARCHED; settings.dimension],
+        high: vec![SEARCHED; settings.dimension],
+    })
+}
+
+/// Points of the surface to start from within a region; where there are none, `flags` say where it lies.
+pub fn seeds<const D: usize>(
+    settings: &EquationSettings,
+    region: &Bounds,
+    flags: &str,
+) -> Result<Vec<Vector<D>>, Failure> {
+    let seeds: Vec<Vector<D>> = match &settings.law {
+        Law::Shape(shape) => shape.seeds().iter().map(|seed| padded(seed)).collect(),
+        Law::Texts(_) => feet(settings, region)?,
+    };
+    if seeds.is_empty() {
+        return Err(Failure::Usage(format!(
+            "{}: no point of the surface found between {:?} and {:?}; say where it lies with {flags}",
+            settings.law, region.low, region.high
+        )));
+    }
+    Ok(seeds)
+}
+
 /// Points of the surface within a region, from tries spread over it.
-pub fn feet<const D: usize>(
+fn feet<const D: usize>(
     settings: &EquationSettings,
     region: &Bounds,
 ) -> Result<Vec<Vector<D>>, Failure> {

@@ -15,7 +15,7 @@ use crate::exit::{Exit, Failure};
 use crate::output::{line, significant};
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{Bounds, EquationSettings, Law, SampleSettings, Sources};
+use crate::settings::{Law, SampleSettings, Sources};
 use crate::surface::{FlatSamples, with_size};
 
 /// Points spread over a surface, their dimension forgotten.
@@ -101,7 +101,7 @@ fn sampled<const D: usize>(
     let given: Vec<&[f64]> = sources.iter().map(Vec::as_slice).collect();
     let region = equations::bounds(law, &given);
     let seeds = match sources {
-        [] => seeds::<D>(law, region.as_ref())?,
+        [] => equations::seeds(law, &equations::searched(law), "--bounds or --source")?,
         given => given.iter().map(|point| padded(point)).collect(),
     };
     let size = match &region {
@@ -151,29 +151,6 @@ fn sampled<const D: usize>(
         is_hypersurface: codimension + law.dimension == D + 1,
         quality,
     })
-}
-
-/// Points to start from where none are given.
-fn seeds<const D: usize>(
-    law: &EquationSettings,
-    region: Option<&Bounds>,
-) -> Result<Vec<Vector<D>>, Failure> {
-    if let Law::Shape(shape) = &law.law {
-        return Ok(shape.seeds().iter().map(|seed| padded(seed)).collect());
-    }
-    let everywhere = Bounds {
-        low: vec![-SEARCHED; law.dimension],
-        high: vec![SEARCHED; law.dimension],
-    };
-    let region = region.unwrap_or(&everywhere);
-    let feet = equations::feet(law, region)?;
-    if feet.is_empty() {
-        return Err(Failure::Usage(format!(
-            "{}: no point of the surface found between {:?} and {:?}; say where it lies with --bounds or --source",
-            law.law, region.low, region.high
-        )));
-    }
-    Ok(feet)
 }
 
 /// The feet of the sources.

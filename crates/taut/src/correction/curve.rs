@@ -186,6 +186,7 @@ impl<'a> Cursor<'a> {
         (self.index, local.clamp(-1.0, 1.0))
     }
 }
+
 /// The place halfway along the chords between points; the origin where there are none.
 pub(crate) fn halfway<const D: usize>(
     points: impl Iterator<Item = Vector<D>> + Clone,

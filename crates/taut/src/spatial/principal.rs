@@ -23,7 +23,7 @@ fn mean<const D: usize>(points: impl ExactSizeIterator<Item = Vector<D>>) -> Vec
     points.fold(Vector::zeros(), |sum, point| sum + point) / count
 }
 
-/// The rows are an orthonormal frame that turns with the points: their principal axes, longest first, each
+/// The rows are an orthonormal frame that turns with the points: their principal axes, longest last, each
 /// pointing to the side where the points reach farther. The coordinate axes where two principal axes are not
 /// distinct. O(n) for n points.
 pub(crate) fn axes<const D: usize>(points: &[Vector<D>]) -> Matrix<D> {
@@ -32,17 +32,12 @@ pub(crate) fn axes<const D: usize>(points: &[Vector<D>]) -> Matrix<D> {
 
 fn principal_axes<const D: usize>(points: &[Vector<D>]) -> Option<Matrix<D>> {
     let (values, vectors) = eigen(&scatter(points.iter().copied()))?;
-    let largest = values.max();
-    let mut order: [usize; D] = std::array::from_fn(|i| i);
-    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
-    let alike = |pair: &[usize]| {
-        let [one, next] = [values[pair[0]], values[pair[1]]];
-        next > FLAT * largest && one - next <= DISTINCT * largest
-    };
-    if order.windows(2).any(alike) {
+    let largest = values[D - 1];
+    let alike = |pair: &[f64]| pair[0] > FLAT * largest && pair[1] - pair[0] <= DISTINCT * largest;
+    if values.as_slice().windows(2).any(alike) {
         return None;
     }
-    let mut axes = Matrix::<D>::from_fn(|row, column| vectors[(column, order[row])]);
+    let mut axes = vectors.transpose();
     let mean = mean(points.iter().copied());
     let skewness = points.iter().fold(Vector::<D>::zeros(), |sum, point| {
         let along = axes * (point - mean);
@@ -56,8 +51,19 @@ fn principal_axes<const D: usize>(points: &[Vector<D>]) -> Option<Matrix<D>> {
     Some(axes)
 }
 
-/// Eigenvalues and eigenvectors (columns) of a symmetric matrix. In space the size is known to the solver.
+/// Eigenvalues, ascending, and eigenvectors (columns) of a symmetric matrix.
 pub(crate) fn eigen<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix<D>)> {
+    let (values, vectors) = in_any_order(matrix)?;
+    let mut order: [usize; D] = std::array::from_fn(|i| i);
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    Some((
+        Vector::from_fn(|row, _| values[order[row]]),
+        Matrix::from_fn(|row, column| vectors[(row, order[column])]),
+    ))
+}
+
+/// In space the size is known to the solver.
+fn in_any_order<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix<D>)> {
     if D == 3 {
         let fixed = nalgebra::Matrix3::from_column_slice(matrix.as_slice());
         let eigen = nalgebra::SymmetricEigen::try_new(fixed, f64::EPSILON, 200)?;

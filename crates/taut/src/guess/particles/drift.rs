@@ -32,6 +32,7 @@ const FULL: f64 = 0.02;
 /// How much larger epsilon is made where the particles do not cover the surface, and how often.
 const WIDENING: f64 = 1.25;
 const MOST_BEGINNINGS: usize = 6;
+
 /// The procedure of sampling, begun anew with a larger epsilon if `count` particles do not cover the
 /// surface.
 pub(super) fn drift<'a, const D: usize, S: Surface<D>>(

@@ -35,6 +35,7 @@ const SCOUT_STEPS: usize = 8;
 const SPARING: f64 = 1.1;
 /// Largest mean turning of the surface between neighbours, radians.
 const TURNING: f64 = 0.6;
+
 impl<const D: usize, S: Surface<D>> Geodesics<D, Network<D, S>> {
     /// Makes a surface ready for paths between `sources` by Algorithm 1: particles born at the sources
     /// drift over the surface until all sources are joined by their trajectories and the surface is

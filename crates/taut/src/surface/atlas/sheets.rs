@@ -266,11 +266,8 @@ impl<const D: usize> Principal<D> {
     /// `None` where fewer than k directions have extent.
     fn new(tree: &Tree<D>, found: &[Neighbour], k: usize) -> Option<Self> {
         let points = found.iter().map(|n| tree.points[n.index as usize]);
-        let (values, vectors) = principal::eigen(&principal::scatter(points))?;
-        let mut order: [usize; D] = std::array::from_fn(|i| i);
-        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
-        let frame = Matrix::<D>::from_fn(|row, column| vectors[(row, order[column])]);
-        let scatter = |i: usize| values[order[i]].max(0.0);
+        let (values, frame) = principal::eigen(&principal::scatter(points))?;
+        let scatter = |i: usize| values[i].max(0.0);
         let (across, along, longest) = (scatter(D - k - 1), scatter(D - k), scatter(D - 1));
         if along <= 1e-10 * longest || longest == 0.0 {
             return None;
