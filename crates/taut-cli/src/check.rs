@@ -4,12 +4,14 @@ use std::io::Write;
 
 use serde::Serialize;
 use taut::surface::atlas::Atlas;
+use taut::surface::atlas::report::Report;
 use taut_io::PointSet;
 
 use crate::answer::coordinates;
 use crate::clouds;
 use crate::equations;
 use crate::exit::{Exit, Failure};
+use crate::models;
 use crate::output::{line, significant};
 use crate::progress::Progress;
 use crate::settings::{CheckSettings, Model, Source};
@@ -26,6 +28,8 @@ pub struct Facts {
     pub intrinsic_dimension: usize,
     #[serde(flatten)]
     pub points: Option<PointFacts>,
+    #[serde(flatten)]
+    pub charts: Option<ChartFacts>,
     /// Smallest and largest coordinate on each axis.
     pub low: Vec<f64>,
     pub high: Vec<f64>,
@@ -35,8 +39,7 @@ pub struct Facts {
     pub warnings: Vec<String>,
 }
 
-/// What the points of a file and the surface through them are like; from `charts` on as in
-/// [`taut::surface::atlas::report::Report`].
+/// What the points of a file are like.
 #[derive(Serialize)]
 pub struct PointFacts {
     /// Rows of the file that were read.
@@ -45,15 +48,33 @@ pub struct PointFacts {
     pub points: usize,
     pub duplicates: usize,
     pub non_finite: usize,
+    pub other_sheet: Option<f64>,
+    pub outliers: usize,
+    pub points_between_rows: usize,
+}
+
+/// What a surface of charts is like, as in [`taut::surface::atlas::report::Report`].
+#[derive(Serialize)]
+pub struct ChartFacts {
     pub charts: usize,
     pub spacing: [f64; 3],
     pub noise: f64,
     pub height_error: f64,
     pub degrees: [usize; 4],
-    pub other_sheet: Option<f64>,
     pub rim_length: f64,
-    pub outliers: usize,
-    pub points_between_rows: usize,
+}
+
+impl ChartFacts {
+    pub fn new(report: &Report) -> Self {
+        Self {
+            charts: report.charts,
+            spacing: report.spacing,
+            noise: report.noise,
+            height_error: report.height_error,
+            degrees: report.degrees,
+            rim_length: report.rim_length,
+        }
+    }
 }
 
 /// Tells what the surface is like.
@@ -67,6 +88,7 @@ pub fn run(settings: &CheckSettings, progress: &Progress) -> Result<Exit, Failur
                 cloud_facts(&name, &points, &cloud.model, progress)
             )?
         }
+        Source::Model(file) => models::facts(file, progress)?,
         Source::Equations(equations) => equations::facts(equations, progress)?,
     };
     progress.clear();
@@ -97,16 +119,11 @@ fn cloud_facts<const D: usize>(
         points: cloud.points.len(),
         duplicates: cloud.duplicates,
         non_finite: cloud.non_finite,
-        charts: report.charts,
-        spacing: report.spacing,
-        noise: report.noise,
-        height_error: report.height_error,
-        degrees: report.degrees,
         other_sheet: report.other_sheet,
-        rim_length: report.rim_length,
         outliers: report.outliers,
         points_between_rows: report.points_between_rows,
     };
+    let charts = ChartFacts::new(&report);
     let components = clouds::component_points(atlas);
     Ok(Facts {
         surface: name.to_owned(),
@@ -114,9 +131,10 @@ fn cloud_facts<const D: usize>(
         intrinsic_dimension: report.intrinsic_dimension,
         low,
         high,
-        warnings: warnings(&facts, &components),
+        warnings: warnings(&facts, &charts, &components),
         components,
         points: Some(facts),
+        charts: Some(charts),
     })
 }
 
@@ -130,9 +148,9 @@ const UNEVEN: f64 = 5.0;
 const MANY_OUTLIERS: f64 = 0.01;
 
 /// What will go wrong with a cloud.
-fn warnings(points: &PointFacts, components: &[usize]) -> Vec<String> {
+fn warnings(points: &PointFacts, charts: &ChartFacts, components: &[usize]) -> Vec<String> {
     let of_rows = rows_lost(points);
-    let of_surface = surface_doubts(points);
+    let of_surface = surface_doubts(points, charts);
     let mut warnings: Vec<String> = of_rows.into_iter().chain(of_surface).collect();
     if let [largest, rest @ ..] = components
         && !rest.is_empty()
@@ -163,19 +181,19 @@ fn rows_lost(points: &PointFacts) -> Vec<String> {
     warnings
 }
 
-fn surface_doubts(points: &PointFacts) -> Vec<String> {
+fn surface_doubts(points: &PointFacts, charts: &ChartFacts) -> Vec<String> {
     let mut warnings = Vec::new();
-    let [narrow, spacing, wide] = points.spacing;
+    let [narrow, spacing, wide] = charts.spacing;
     if let Some(distance) = points.other_sheet.filter(|distance| *distance < NEAR_SHEET) {
         warnings.push(format!(
             "another sheet comes as near as {} spacings: sheets nearer than some {NEAR_SHEET} may be read as one, and paths cross between them",
             significant(distance)
         ));
     }
-    if points.noise > LOUD * spacing {
+    if charts.noise > LOUD * spacing {
         warnings.push(format!(
             "the points lie {} spacings off the surface fitted to them: it is smoothed, and detail that fine is lost",
-            significant(points.noise / spacing)
+            significant(charts.noise / spacing)
         ));
     }
     if wide > UNEVEN * narrow {
@@ -215,6 +233,9 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
     if let Some(points) = &facts.points {
         write_points(out, points)?;
     }
+    if let Some(charts) = &facts.charts {
+        write_charts(out, charts)?;
+    }
     line(out, "lowest coordinates", &list(&facts.low))?;
     line(out, "highest coordinates", &list(&facts.high))?;
     line(out, "components", &facts.components.len().to_string())?;
@@ -224,9 +245,10 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
     } else {
         ""
     };
-    let unit = match facts.points {
-        Some(_) => "points of each",
-        None => "samples of each",
+    let unit = match (&facts.points, &facts.charts) {
+        (Some(_), _) => "points of each",
+        (None, Some(_)) => "charts of each",
+        (None, None) => "samples of each",
     };
     line(out, unit, &format!("{}{more}", list(shown)))?;
     for warning in &facts.warnings {
@@ -236,16 +258,6 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
 }
 
 fn write_points(out: &mut impl Write, points: &PointFacts) -> std::io::Result<()> {
-    let [narrow, spacing, wide] = points.spacing.map(significant);
-    let noise = [points.noise, points.noise / points.spacing[1]].map(significant);
-    let degrees: Vec<String> = (1..)
-        .zip(points.degrees)
-        .map(|(degree, charts)| format!("{charts} of degree {degree}"))
-        .collect();
-    let rim = match points.rim_length {
-        0.0 => "none".to_owned(),
-        length => format!("{} long, holes included", significant(length)),
-    };
     let other = match points.other_sheet {
         None => "none seen".to_owned(),
         Some(distance) => format!("{} spacings away", significant(distance)),
@@ -256,13 +268,31 @@ fn write_points(out: &mut impl Write, points: &PointFacts) -> std::io::Result<()
         ("duplicates", points.duplicates.to_string()),
         ("not finite", points.non_finite.to_string()),
         ("outliers", points.outliers.to_string()),
+        ("nearest other sheet", other),
+    ] {
+        line(out, name, &value)?;
+    }
+    Ok(())
+}
+
+fn write_charts(out: &mut impl Write, charts: &ChartFacts) -> std::io::Result<()> {
+    let [narrow, spacing, wide] = charts.spacing.map(significant);
+    let noise = [charts.noise, charts.noise / charts.spacing[1]].map(significant);
+    let degrees: Vec<String> = (1..)
+        .zip(charts.degrees)
+        .map(|(degree, charts)| format!("{charts} of degree {degree}"))
+        .collect();
+    let rim = match charts.rim_length {
+        0.0 => "none".to_owned(),
+        length => format!("{} long, holes included", significant(length)),
+    };
+    for (name, value) in [
         (
             "spacing",
             format!("{spacing} (10 % below {narrow}, 10 % above {wide})"),
         ),
         ("noise", format!("{} ({} spacings)", noise[0], noise[1])),
-        ("height error", significant(points.height_error)),
-        ("nearest other sheet", other),
+        ("height error", significant(charts.height_error)),
         ("rims", rim),
         ("charts", degrees.join(", ")),
     ] {
@@ -280,48 +310,52 @@ fn list<T: ToString>(values: &[T]) -> String {
 mod tests {
     use super::*;
 
-    fn healthy() -> PointFacts {
-        PointFacts {
+    fn healthy() -> (PointFacts, ChartFacts) {
+        let points = PointFacts {
             rows: 1000,
             points: 1000,
             duplicates: 0,
             non_finite: 0,
+            other_sheet: Some(2.1),
+            outliers: 10,
+            points_between_rows: 0,
+        };
+        let charts = ChartFacts {
             charts: 100,
             spacing: [0.08, 0.1, 0.12],
             noise: 0.049,
             height_error: 0.001,
             degrees: [0, 0, 0, 100],
-            other_sheet: Some(2.1),
             rim_length: 1.0,
-            outliers: 10,
-            points_between_rows: 0,
-        }
+        };
+        (points, charts)
     }
 
     #[test]
     fn each_doubt_has_its_warning() {
-        assert_eq!(warnings(&healthy(), &[1000]), [""; 0]);
-        type Spoil = fn(&mut PointFacts);
+        let (points, charts) = healthy();
+        assert_eq!(warnings(&points, &charts, &[1000]), [""; 0]);
+        type Spoil = fn(&mut PointFacts, &mut ChartFacts);
         let doubts: [(Spoil, &str); 5] = [
             (
-                |facts| facts.other_sheet = Some(1.94),
+                |points, _| points.other_sheet = Some(1.94),
                 "as near as 1.9 spacings",
             ),
-            (|facts| facts.noise = 0.06, "0.60 spacings off"),
-            (|facts| facts.spacing[2] = 0.48, "varies 6.0-fold"),
+            (|_, charts| charts.noise = 0.06, "0.60 spacings off"),
+            (|_, charts| charts.spacing[2] = 0.48, "varies 6.0-fold"),
             (
-                |facts| facts.points_between_rows = 120,
+                |points, _| points.points_between_rows = 120,
                 "120 more were put between",
             ),
             (
-                |facts| facts.outliers = 11,
+                |points, _| points.outliers = 11,
                 "11 of 1000 points are outliers",
             ),
         ];
         for (spoil, words) in doubts {
-            let mut facts = healthy();
-            spoil(&mut facts);
-            let said = warnings(&facts, &[1000]);
+            let (mut points, mut charts) = healthy();
+            spoil(&mut points, &mut charts);
+            let said = warnings(&points, &charts, &[1000]);
             assert!(said.len() == 1 && said[0].contains(words), "{said:?}");
         }
     }

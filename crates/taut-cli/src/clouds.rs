@@ -1,12 +1,13 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
+use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
 use taut::geodesics::Geodesics;
-use taut::surface::Node;
 use taut::surface::atlas::Atlas;
 use taut::surface::mls::MovingLeastSquares;
+use taut::surface::{Node, Surface};
 use taut_io::PointSet;
 
 use crate::answer::padded;
@@ -77,7 +78,8 @@ pub fn atlas<const D: usize>(
     .map_err(refused)
 }
 
-fn intrinsic_dimension<const D: usize>(
+/// The dimension asked for, or that of a surface in space.
+pub fn intrinsic_dimension<const D: usize>(
     asked: Option<usize>,
     dimension: usize,
 ) -> Result<usize, Failure> {
@@ -142,8 +144,8 @@ fn of_mls(
     Ok(Box::new(located))
 }
 
-/// Points dropped, merged and added.
-fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Progress) {
+/// Notes points dropped, merged and added.
+pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Progress) {
     let (non_finite, duplicates) = (atlas.cloud().non_finite, atlas.cloud().duplicates);
     if non_finite > 0 {
         progress.note(&format!(
@@ -166,6 +168,12 @@ fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Progres
 impl<const D: usize> Locate<D> for Atlas<D> {
     fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error> {
         let node = match end {
+            End::Row(row) if !self.has_points() => {
+                return Err(Error::NoSuchPoint {
+                    row: *row,
+                    reason: "a model keeps no rows; give coordinates",
+                });
+            }
             End::Row(row) => self.node_of_row(*row)?,
             End::Point(point) => self.node_near(&padded(point))?,
         };
@@ -177,7 +185,11 @@ impl<const D: usize> Locate<D> for Atlas<D> {
     }
 
     fn samples(&self) -> Samples<D> {
-        Samples::of_cloud(self.cloud())
+        if self.has_points() {
+            Samples::of_cloud(self.cloud())
+        } else {
+            Samples::of_charts(self)
+        }
     }
 }
 
@@ -215,7 +227,20 @@ fn moved<const D: usize>(cloud: &Cloud<D>, end: &End, point: &Vector<D>) -> f64 
     (point - given).norm()
 }
 
+/// The part of a chart's support that is its own.
+const OWN: f64 = 0.6;
+
 impl<const D: usize> Samples<D> {
+    /// Points on the charts of a surface.
+    pub fn of_charts(atlas: &Atlas<D>) -> Self {
+        let nodes = atlas.nodes();
+        let about = nodes.into_par_iter().map(|node| {
+            let reach = OWN * atlas.resolution(node.place);
+            (node, reach)
+        });
+        Self::about(atlas, about)
+    }
+
     fn of_cloud(cloud: &Cloud<D>) -> Self {
         Self {
             points: cloud.points.clone(),

@@ -15,7 +15,7 @@ use crate::check::Facts;
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::settings::{Bounds, End, EquationSettings, Law};
-use crate::surface::{Locate, Located, Prepared, Samples, corners, with_size};
+use crate::surface::{Locate, Located, Prepared, Samples, corners, spread, with_size};
 
 /// Equations of either kind, for as many variables as the engine's vectors have.
 pub enum System {
@@ -71,7 +71,7 @@ fn located<const D: usize>(
     pairs: Vec<[End; 2]>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let ends = points_of(&pairs, settings.dimension)?;
+    let ends = points_of(pairs.iter().flatten(), settings.dimension)?;
     let stride = ends.len().div_ceil(MOST_SEEDS).max(1);
     let seeds: Vec<Vector<D>> = ends
         .iter()
@@ -107,6 +107,7 @@ fn facts_in<const D: usize>(
         coordinates: settings.dimension,
         intrinsic_dimension: Surface::intrinsic_dimension(geodesics.surface()),
         points: None,
+        charts: None,
         low: coordinates(&low, settings.dimension),
         high: coordinates(&high, settings.dimension),
         components: geodesics.component_sizes().to_vec(),
@@ -193,7 +194,10 @@ pub fn system<const D: usize>(settings: &EquationSettings) -> Result<System, Fai
 }
 
 /// The ends' coordinates; a row of a file means nothing here.
-fn points_of<'a>(pairs: &'a [[End; 2]], dimension: usize) -> Result<Vec<&'a [f64]>, Failure> {
+pub fn points_of<'a>(
+    ends: impl IntoIterator<Item = &'a End>,
+    dimension: usize,
+) -> Result<Vec<&'a [f64]>, Failure> {
     let point = |end: &'a End| match end {
         End::Point(point) if point.len() == dimension => Ok(point.as_slice()),
         _ => Err(Failure::End {
@@ -201,7 +205,7 @@ fn points_of<'a>(pairs: &'a [[End; 2]], dimension: usize) -> Result<Vec<&'a [f64
             reason: format!("expected {dimension} coordinates, as the equations have variables"),
         }),
     };
-    pairs.iter().flatten().map(point).collect()
+    ends.into_iter().map(point).collect()
 }
 
 /// The part of space to sample: as given, or the box of a shape if it holds all points.
@@ -248,12 +252,6 @@ pub fn extent(points: &[&[f64]]) -> f64 {
     }
 }
 
-/// Points about each sample of the graph for a picture; how far out and how large their discs are, in
-/// distances between samples.
-const SPRINKLED: usize = 100;
-const SPREAD: f64 = 1.2;
-const DISC: f64 = 0.2;
-
 impl<const D: usize> Locate<D> for Sampled<D, System> {
     fn locate(&self, end: &End) -> Result<(Node<D, ()>, f64), Error> {
         match end {
@@ -269,25 +267,16 @@ impl<const D: usize> Locate<D> for Sampled<D, System> {
         Vector::zeros()
     }
 
-    /// The graph's samples, and others about each of them, pulled back onto the surface.
     fn samples(&self) -> Samples<D> {
         let centres = Sampled::samples(self);
-        let codimension = D - self.intrinsic_dimension();
-        let sprinkled = centres.par_iter().flat_map_iter(|centre| {
-            let mut scratch = Geometry::new(codimension);
-            let apart = nearest(centre, &centres);
-            let offsets = (0..SPRINKLED).map(move |i| spread::<D>(i) * (SPREAD * apart));
-            offsets.filter_map(move |offset| {
-                let point = self.foot(&(centre + offset), &mut (), &mut scratch)?;
-                let regular = self.geometry(&point, (), &mut scratch);
-                regular.then(|| (point, (scratch.normal(0), DISC * apart)))
-            })
+        let about = centres.par_iter().map(|point| {
+            let node = Node {
+                point: *point,
+                place: (),
+            };
+            (node, nearest(point, &centres))
         });
-        let (points, discs): (Vec<_>, (Vec<_>, Vec<_>)) = sprinkled.unzip();
-        Samples {
-            points,
-            discs: (codimension == 1).then_some(discs),
-        }
+        Samples::about(self, about)
     }
 }
 
@@ -297,14 +286,4 @@ fn nearest<const D: usize>(point: &Vector<D>, points: &[Vector<D>]) -> f64 {
     distances
         .filter(|distance| *distance > 0.0)
         .fold(f64::INFINITY, f64::min)
-}
-
-/// The terms of a sequence that fills the cube |x_i| < 1 evenly (Roberts, "The unreasonable
-/// effectiveness of quasirandom sequences", 2018).
-fn spread<const D: usize>(term: usize) -> Vector<D> {
-    let ratio = (0..32).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (D as f64 + 1.0)));
-    Vector::from_fn(|i, _| {
-        let step = ratio.powi(-(i as i32 + 1));
-        2.0 * (0.5 + step * (term as f64 + 1.0)).fract() - 1.0
-    })
 }

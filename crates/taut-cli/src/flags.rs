@@ -37,11 +37,21 @@ surface_error is what a surface reconstructed from points adds to it (0 for equa
 const SAMPLE_EXAMPLES: &str = "\
 Examples:
   taut sample --shape torus:1,0.4 -n 4000 -o points.ply --picture points.png
+  taut sample scan.ply -n 4000 --uniform -o points.ply
   taut sample --implicit 'x^4 + y^4 + z^4 = 1' -n 1000 --uniform -o points.xyz
   taut sample --shape ellipsoid:3,2,1 -n 500 --source 3,0,0 --source=-3,0,0 -o points.csv
 
 Particles born at the sources repel each other until they have spread over the surface. Sources stay
 where they are; without any, all particles float.";
+
+const FIT_EXAMPLES: &str = "\
+Examples:
+  taut fit scan.ply -o scan.taut
+  taut fit scan.las --class 2 --accuracy 0.05 -o ground.taut --picture ground.png
+  taut path scan.taut --from 0.1,0,-2 --to 0.3,0.2,-1.5
+
+The model is an implicit surface F = 0, smooth charts that pass the points within the accuracy. Its sides
+are told apart by the file's normals, else so that F is positive outside.";
 
 /// Geodesics, shortest paths along a surface, from a scan or an equation.
 ///
@@ -69,7 +79,11 @@ pub enum Command {
     Path(PathFlags),
     /// Tell what a surface is like, and warn of what may go wrong
     Check(CheckFlags),
-    /// Spread points over a surface given by equations, denser where it bends
+    /// Fit a smooth surface to a scan and keep it in a file that every command takes as SURFACE
+    #[command(after_help = FIT_EXAMPLES)]
+    #[command(after_long_help = format!("{FIT_EXAMPLES}\n\n{}", Exit::help()))]
+    Fit(FitFlags),
+    /// Spread points over a surface, denser where it bends
     #[command(after_help = SAMPLE_EXAMPLES)]
     #[command(after_long_help = format!("{SAMPLE_EXAMPLES}\n\n{}", Exit::help()))]
     Sample(SampleFlags),
@@ -86,7 +100,8 @@ pub enum Command {
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub struct SourceFlags {
-    /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy
+    /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy; or a model that
+    /// taut fit wrote: taut
     #[arg(value_name = "SURFACE")]
     pub file: Option<PathBuf>,
     /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
@@ -101,7 +116,7 @@ pub struct SourceFlags {
 pub struct SurfaceFlags {
     #[command(flatten)]
     pub source: SourceFlags,
-    /// The part of space to search with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
+    /// The part of space that matters with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
     #[arg(
         long,
         value_name = "LO:HI,..",
@@ -197,37 +212,46 @@ pub struct CheckFlags {
     pub json: bool,
 }
 
-/// Equations or a shape.
 #[derive(Debug, Args)]
-#[group(required = true, multiple = false)]
-pub struct LawFlags {
-    /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
-    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
-    pub implicit: Vec<String>,
-    /// A named shape such as sphere:1, torus:1,0.4 or ellipsoid:3,2,1
-    #[arg(long, value_name = "NAME:SIZES", value_parser = Shape::parse)]
-    pub shape: Option<Shape>,
+pub struct FitFlags {
+    /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy
+    #[arg(value_name = "CLOUD")]
+    pub file: PathBuf,
+    /// Distance from the surface within which the points must lie, in their units; larger is smoother
+    /// [default: a thousandth of the diagonal of the points' box]
+    #[arg(long, value_name = "LENGTH")]
+    pub accuracy: Option<f64>,
+    /// Where to put the model
+    #[arg(long, short, value_name = "FILE.taut")]
+    pub output: PathBuf,
+    /// Only LAS points of these classes, such as 2 or 2,6
+    #[arg(long = "class", value_name = "CLASS,..", value_delimiter = ',')]
+    pub classes: Vec<u8>,
+    /// The format of the file, by the extension that it usually has
+    #[arg(long, value_name = "NAME")]
+    pub format: Option<Format>,
+    /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
+    #[arg(long, value_name = "K")]
+    pub dimension: Option<usize>,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the surface
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct SampleFlags {
     #[command(flatten)]
-    pub law: LawFlags,
-    /// The part of space to keep to with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
-    #[arg(
-        long,
-        value_name = "LO:HI,..",
-        allow_hyphen_values = true,
-        conflicts_with = "shape"
-    )]
-    pub bounds: Option<Bounds>,
+    pub surface: SurfaceFlags,
     /// How many points
     #[arg(long, short = 'n', value_name = "N")]
     pub count: NonZeroUsize,
     /// As densely where the surface is flat as where it bends
     #[arg(long)]
     pub uniform: bool,
-    /// Coordinates of a point to start from, which is kept; repeat it for several
+    /// A point to start from, which is kept: coordinates, or a row of the file; repeat it for several
     #[arg(
         long,
         value_name = "P",

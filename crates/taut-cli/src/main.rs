@@ -6,7 +6,9 @@ mod clouds;
 mod demo;
 mod equations;
 mod exit;
+mod fit;
 mod flags;
+mod models;
 mod output;
 mod path;
 mod picture;
@@ -45,6 +47,7 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
     threads.install(|| match flags.command {
         Command::Path(flags) => path::run(&flags.try_into()?, &progress),
         Command::Check(flags) => check::run(&flags.try_into()?, &progress),
+        Command::Fit(flags) => fit::run(&flags.try_into()?, &progress),
         Command::Sample(flags) => sample::run(&flags.try_into()?, &progress),
         Command::Demo(flags) => demo::run(&flags, &progress),
         Command::Completions { shell } => completions(shell),

@@ -4,19 +4,23 @@ use std::io::Write;
 
 use serde::Serialize;
 use taut::Vector;
+use taut::geodesics::Geodesics;
 use taut::guess::particles::{self, Quality, Region, Sampling};
+use taut::surface::atlas::{Atlas, ChartIndex};
 use taut::surface::implicit::{Equations, ImplicitSurface};
 use taut::surface::{Geometry, Node, Surface};
-use taut_io::ReadOptions;
+use taut_io::{PointSet, ReadOptions};
 
 use crate::answer::{flat, padded};
+use crate::clouds;
 use crate::equations::{self, SEARCHED};
 use crate::exit::{Exit, Failure};
+use crate::models::{self, FileModel};
 use crate::output::{line, significant};
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{Law, SampleSettings, Sources};
-use crate::surface::{FlatSamples, with_size};
+use crate::settings::{End, EquationSettings, Law, Model, SampleSettings, Source, Sources};
+use crate::surface::{FlatSamples, Locate, corners, with_size};
 
 /// Points spread over a surface, their dimension forgotten.
 struct Sampled {
@@ -41,23 +45,38 @@ struct Facts {
 
 /// Samples the surface and writes what was asked for.
 pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let sources = points_of(settings, progress)?;
-    if let (Law::Texts(_), None, []) = (
-        &settings.equations.law,
-        &settings.equations.bounds,
-        &sources[..],
-    ) {
-        progress.note(&format!(
-            "{}: without --bounds the points start between -{SEARCHED} and {SEARCHED}; of a surface that goes on without end they cover any part",
-            settings.equations.law
-        ));
-    }
-    progress.step("particles");
-    let sampled = with_size!(settings.equations.dimension, sampled(settings, &sources))?;
+    let sources = ends_of(&settings.sources, progress)?;
+    let (name, sampled) = match &settings.source {
+        Source::Equations(law) => {
+            let sampled = with_size!(
+                law.dimension,
+                of_equations(settings, law, &sources, progress)
+            )?;
+            (law.law.to_string(), sampled)
+        }
+        Source::Cloud(cloud) => {
+            let points = clouds::read(cloud, progress)?;
+            let name = cloud.file.display().to_string();
+            let sampled = with_size!(
+                points.dimension,
+                of_cloud(settings, &name, &points, &cloud.model, &sources, progress)
+            )?;
+            (name, sampled)
+        }
+        Source::Model(file) => {
+            let model = models::read(file, progress)?;
+            let name = file.display().to_string();
+            let sampled = with_size!(
+                model.dimension(),
+                of_model(settings, &name, &model, &sources, progress)
+            )?;
+            (name, sampled)
+        }
+    };
     write_files(settings, &sampled, progress)?;
     progress.clear();
     let facts = Facts {
-        surface: settings.equations.law.to_string(),
+        surface: name,
         points: sampled.spacings.len(),
         nearest: sampled.quality.nearest,
         spread: sampled.quality.spread,
@@ -67,42 +86,51 @@ pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failu
     Ok(Exit::Success)
 }
 
-/// The coordinates of the sources given.
-fn points_of(settings: &SampleSettings, progress: &Progress) -> Result<Vec<Vec<f64>>, Failure> {
-    let points = match &settings.sources {
-        Sources::Any => Vec::new(),
-        Sources::Points(points) => points.clone(),
+/// The sources given.
+fn ends_of(sources: &Sources, progress: &Progress) -> Result<Vec<End>, Failure> {
+    match sources {
+        Sources::Any => Ok(Vec::new()),
+        Sources::Ends(ends) => Ok(ends.clone()),
         Sources::File(file) => {
             progress.step(format!("reading {}", file.display()));
             let read = taut_io::read(file, &ReadOptions::default())?;
             let rows = read.coordinates.chunks(read.dimension);
-            rows.map(<[f64]>::to_vec).collect()
+            Ok(rows.map(|row| End::Point(row.to_vec())).collect())
         }
-    };
-    let expected = settings.equations.dimension;
-    match points.iter().find(|point| point.len() != expected) {
-        Some(point) => Err(Failure::End {
-            end: format!("{point:?}"),
-            reason: format!("expected {expected} coordinates, as the equations have variables"),
-        }),
-        None => Ok(points),
     }
 }
 
-fn sampled<const D: usize>(
+/// Particles on a surface, and how its coordinates become the user's.
+struct Start<'a, const D: usize, S: Surface<D>> {
+    name: &'a str,
+    surface: &'a S,
+    centre: Vector<D>,
+    /// Coordinates of a point.
+    dimension: usize,
+    sources: Vec<Node<D, S::Place>>,
+    /// The sources were given: they stay where they are.
+    fixed: bool,
+    size: f64,
+    region: Option<Region<D>>,
+}
+
+fn of_equations<const D: usize>(
     settings: &SampleSettings,
-    sources: &[Vec<f64>],
+    law: &EquationSettings,
+    sources: &[End],
+    progress: &Progress,
 ) -> Result<Sampled, Failure> {
-    let law = &settings.equations;
-    let refused = |error| Failure::Surface {
-        surface: law.law.to_string(),
-        error,
-    };
-    let given: Vec<&[f64]> = sources.iter().map(Vec::as_slice).collect();
+    if let (Law::Texts(_), None, []) = (&law.law, &law.bounds, sources) {
+        progress.note(&format!(
+            "{}: without --bounds the points start between -{SEARCHED} and {SEARCHED}; of a surface that goes on without end they cover any part",
+            law.law
+        ));
+    }
+    let given = equations::points_of(sources, law.dimension)?;
     let region = equations::bounds(law, &given);
-    let seeds = match sources {
+    let seeds: Vec<Vector<D>> = match given[..] {
         [] => equations::seeds(law, &equations::searched(law), "--bounds or --source")?,
-        given => given.iter().map(|point| padded(point)).collect(),
+        _ => given.iter().map(|point| padded(point)).collect(),
     };
     let size = match &region {
         Some(region) => 0.5 * region.diagonal(),
@@ -112,45 +140,159 @@ fn sampled<const D: usize>(
     let surface = ImplicitSurface::new(equations::system::<D>(law)?, size);
     let codimension = Equations::<D>::count(surface.equations());
     if codimension >= D {
-        return Err(refused(taut::error::Error::NoDimensionLeft {
-            equations: codimension,
-            dimension: D,
-        }));
+        return Err(Failure::Surface {
+            surface: law.law.to_string(),
+            error: taut::error::Error::NoDimensionLeft {
+                equations: codimension,
+                dimension: D,
+            },
+        });
     }
-    let sources = on_surface(&surface, &seeds)?;
-    let settings_of_particles = particles::Settings {
+    progress.step("particles");
+    let start = Start {
+        name: &law.law.to_string(),
+        surface: &surface,
+        centre: Vector::zeros(),
+        dimension: law.dimension,
+        sources: on_surface(&surface, &seeds)?,
+        fixed: !given.is_empty(),
+        size,
         region: region.map(|region| Region {
             low: padded(&region.low),
             high: padded(&region.high),
         }),
-        spread: settings.spread,
-        seed: settings.seed,
-        ..particles::Settings::new(size)
     };
-    let fixed = !given.is_empty();
-    let Sampling {
-        nodes,
-        normals,
-        spacings,
-        quality,
-        ..
-    } = particles::sample(
-        &surface,
-        &sources,
-        fixed,
-        settings.count,
-        &settings_of_particles,
-    )
-    .map_err(refused)?;
-    let points: Vec<Vector<D>> = nodes.iter().map(|node| node.point).collect();
-    Ok(Sampled {
-        dimension: law.dimension,
-        points: flat(&points, &Vector::zeros(), law.dimension),
-        normals: flat(&normals, &Vector::zeros(), law.dimension),
-        spacings,
-        is_hypersurface: codimension + law.dimension == D + 1,
-        quality,
-    })
+    start.spread(settings)
+}
+
+fn of_cloud<const D: usize>(
+    settings: &SampleSettings,
+    name: &str,
+    points: &PointSet,
+    model: &Model,
+    sources: &[End],
+    progress: &Progress,
+) -> Result<Sampled, Failure> {
+    let atlas = clouds::atlas::<D>(name, points, model, progress)?;
+    clouds::note_changes(name, &atlas, progress);
+    of_atlas(settings, name, atlas, points.dimension, sources, progress)
+}
+
+fn of_model<const D: usize>(
+    settings: &SampleSettings,
+    name: &str,
+    model: &FileModel,
+    sources: &[End],
+    progress: &Progress,
+) -> Result<Sampled, Failure> {
+    let atlas = model.atlas::<D>()?;
+    of_atlas(settings, name, atlas, model.dimension(), sources, progress)
+}
+
+fn of_atlas<const D: usize>(
+    settings: &SampleSettings,
+    name: &str,
+    atlas: Atlas<D>,
+    dimension: usize,
+    sources: &[End],
+    progress: &Progress,
+) -> Result<Sampled, Failure> {
+    progress.step("particles");
+    let (low, high) = corners(&atlas.cloud().points);
+    let geodesics = Geodesics::of_atlas(atlas);
+    let atlas = geodesics.surface();
+    let located = |end: &End| match end {
+        End::Point(point) if point.len() != dimension => Err(Failure::End {
+            end: end.to_string(),
+            reason: format!("expected {dimension} coordinates, as the surface's points have"),
+        }),
+        _ => atlas
+            .locate(end)
+            .map(|(node, _)| node)
+            .map_err(|error| Failure::End {
+                end: end.to_string(),
+                reason: error.to_string(),
+            }),
+    };
+    let given: Vec<_> = sources.iter().map(located).collect::<Result<_, _>>()?;
+    let start = Start {
+        name,
+        surface: atlas,
+        centre: atlas.cloud().centre,
+        dimension,
+        fixed: !given.is_empty(),
+        sources: match given[..] {
+            [] => one_of_each(&geodesics, settings.count, name, progress),
+            _ => given,
+        },
+        size: (high - low).norm(),
+        region: None,
+    };
+    start.spread(settings)
+}
+
+/// A node of each component that is large enough for a point.
+fn one_of_each<const D: usize>(
+    geodesics: &Geodesics<D, Atlas<D>>,
+    count: usize,
+    name: &str,
+    progress: &Progress,
+) -> Vec<Node<D, ChartIndex>> {
+    let nodes = geodesics.surface().nodes();
+    let sizes = geodesics.component_sizes();
+    let large = sizes.iter().filter(|size| **size * count >= nodes.len());
+    let large = large.count();
+    if large < sizes.len() {
+        progress.note(&format!(
+            "{name}: {} of {} pieces are too small for a point and get none",
+            sizes.len() - large,
+            sizes.len()
+        ));
+    }
+    let first = |component: u32| {
+        let mut of_each = geodesics.components().iter();
+        of_each
+            .position(|c| *c == component)
+            .map(|chart| nodes[chart])
+    };
+    (0..large as u32).filter_map(first).collect()
+}
+
+impl<const D: usize, S: Surface<D>> Start<'_, D, S> {
+    fn spread(&self, settings: &SampleSettings) -> Result<Sampled, Failure> {
+        let of_particles = particles::Settings {
+            region: self.region,
+            spread: settings.spread,
+            seed: settings.seed,
+            ..particles::Settings::new(self.size)
+        };
+        let Sampling {
+            nodes,
+            normals,
+            spacings,
+            quality,
+            ..
+        } = particles::sample(
+            self.surface,
+            &self.sources,
+            self.fixed,
+            settings.count,
+            &of_particles,
+        )
+        .map_err(|error| Failure::Surface {
+            surface: self.name.to_owned(),
+            error,
+        })?;
+        let points: Vec<Vector<D>> = nodes.iter().map(|node| node.point).collect();
+        Ok(Sampled {
+            dimension: self.dimension,
+            points: flat(&points, &self.centre, self.dimension),
+            normals: flat(&normals, &Vector::zeros(), self.dimension),
+            spacings,
+            is_hypersurface: self.surface.intrinsic_dimension() + 1 == self.dimension,
+            quality,
+        })
+    }
 }
 
 /// The feet of the sources.

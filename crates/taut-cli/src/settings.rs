@@ -12,11 +12,14 @@ use taut_formula::Formula;
 use taut_io::ReadOptions;
 
 use crate::exit::Failure;
-use crate::flags::{CheckFlags, PathFlags, SampleFlags, SourceFlags, SurfaceFlags};
+use crate::flags::{CheckFlags, FitFlags, PathFlags, SampleFlags, SourceFlags, SurfaceFlags};
+use crate::models;
 
 /// Where the surface comes from.
 pub enum Source {
     Cloud(CloudSettings),
+    /// The file of a fitted model.
+    Model(PathBuf),
     Equations(EquationSettings),
 }
 
@@ -230,9 +233,53 @@ pub struct CheckSettings {
     pub json: bool,
 }
 
+/// What `taut fit` was asked to do.
+pub struct FitCommandSettings {
+    pub cloud: CloudSettings,
+    pub accuracy: Option<f64>,
+    pub output: PathBuf,
+    pub json: bool,
+    pub picture: Option<PathBuf>,
+}
+
+impl TryFrom<FitFlags> for FitCommandSettings {
+    type Error = Failure;
+
+    fn try_from(flags: FitFlags) -> Result<Self, Failure> {
+        if flags
+            .output
+            .extension()
+            .is_none_or(|found| found != models::EXTENSION)
+        {
+            return Err(Failure::Usage(format!(
+                "--output: found {}, expected the extension .{}, by which a model is known; rename it",
+                flags.output.display(),
+                models::EXTENSION
+            )));
+        }
+        Ok(Self {
+            cloud: CloudSettings {
+                file: flags.file,
+                options: ReadOptions {
+                    format: flags.format,
+                    classes: flags.classes,
+                },
+                model: Model {
+                    dimension: flags.dimension,
+                    ..Model::default()
+                },
+            },
+            accuracy: flags.accuracy,
+            output: flags.output,
+            json: flags.json,
+            picture: flags.picture,
+        })
+    }
+}
+
 /// What `taut sample` was asked to do.
 pub struct SampleSettings {
-    pub equations: EquationSettings,
+    pub source: Source,
     pub count: usize,
     pub sources: Sources,
     pub spread: Spread,
@@ -246,7 +293,7 @@ pub struct SampleSettings {
 pub enum Sources {
     /// Nowhere in particular.
     Any,
-    Points(Vec<Vec<f64>>),
+    Ends(Vec<End>),
     /// A file of points.
     File(PathBuf),
 }
@@ -255,25 +302,13 @@ impl TryFrom<SampleFlags> for SampleSettings {
     type Error = Failure;
 
     fn try_from(flags: SampleFlags) -> Result<Self, Failure> {
-        let point = |end| match end {
-            End::Point(point) => Ok(point),
-            End::Row(row) => Err(Failure::Usage(format!(
-                "--source: found {row}, expected coordinates with commas between them"
-            ))),
-        };
         let sources = match flags.sources {
             Some(file) => Sources::File(file),
             None if flags.source.is_empty() => Sources::Any,
-            None => Sources::Points(
-                flags
-                    .source
-                    .into_iter()
-                    .map(point)
-                    .collect::<Result<_, _>>()?,
-            ),
+            None => Sources::Ends(flags.source),
         };
         Ok(Self {
-            equations: EquationSettings::new(flags.law.shape, flags.law.implicit, flags.bounds)?,
+            source: flags.surface.try_into()?,
             count: flags.count.get(),
             sources,
             spread: if flags.uniform {
@@ -293,7 +328,13 @@ impl TryFrom<SurfaceFlags> for Source {
     type Error = Failure;
 
     fn try_from(flags: SurfaceFlags) -> Result<Self, Failure> {
-        if let Some(file) = flags.source.file {
+        if let Some(file) = flags.source.file.clone() {
+            if file
+                .extension()
+                .is_some_and(|found| found == models::EXTENSION)
+            {
+                return of_model(file, &flags);
+            }
             return Ok(Self::Cloud(CloudSettings {
                 file,
                 options: ReadOptions {
@@ -312,6 +353,30 @@ impl TryFrom<SurfaceFlags> for Source {
         } = flags.source;
         EquationSettings::new(shape, implicit, flags.bounds).map(Self::Equations)
     }
+}
+
+/// A model says itself all that could be said of points.
+fn of_model(file: PathBuf, flags: &SurfaceFlags) -> Result<Source, Failure> {
+    let SurfaceFlags {
+        classes,
+        format,
+        dimension,
+        cells,
+        surface,
+        ..
+    } = flags;
+    let unasked = classes.is_empty()
+        && format.is_none()
+        && dimension.is_none()
+        && cells.is_empty()
+        && *surface == Reconstruction::default();
+    if unasked {
+        return Ok(Source::Model(file));
+    }
+    Err(Failure::Usage(format!(
+        "{}: a fitted model takes none of --class, --format, --dimension, --cell and --surface; leave them out, or give them to taut fit",
+        file.display()
+    )))
 }
 
 impl EquationSettings {

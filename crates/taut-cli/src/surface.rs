@@ -7,12 +7,13 @@ use taut::error::Error;
 use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
-use taut::surface::Node;
+use taut::surface::{Geometry, Node, Surface};
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place, coordinates, flat};
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
+use crate::models;
 use crate::progress::Progress;
 use crate::settings::{End, Source};
 
@@ -105,6 +106,7 @@ pub fn prepare(
 ) -> Result<Box<dyn Prepared>, Failure> {
     match source {
         Source::Cloud(settings) => clouds::prepare(settings, pairs, progress),
+        Source::Model(file) => models::prepare(file, pairs, progress),
         Source::Equations(settings) => equations::prepare(settings, pairs, progress),
     }
 }
@@ -210,18 +212,64 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
 
     fn samples(&self) -> FlatSamples {
         let surface = self.geodesics.surface();
-        let samples = surface.samples();
-        let centre = surface.centre();
-        let flat =
-            |vectors: &[Vector<D>], origin: &Vector<D>| flat(vectors, origin, self.dimension);
-        FlatSamples {
-            dimension: self.dimension,
-            points: flat(&samples.points, &centre),
-            discs: samples
-                .discs
-                .map(|(normals, radii)| (flat(&normals, &Vector::zeros()), radii)),
+        flat_samples(&surface.samples(), &surface.centre(), self.dimension)
+    }
+}
+
+/// Samples in the coordinates of the input.
+pub fn flat_samples<const D: usize>(
+    samples: &Samples<D>,
+    centre: &Vector<D>,
+    dimension: usize,
+) -> FlatSamples {
+    let discs = samples.discs.as_ref();
+    FlatSamples {
+        dimension,
+        points: flat(&samples.points, centre, dimension),
+        discs: discs
+            .map(|(normals, radii)| (flat(normals, &Vector::zeros(), dimension), radii.clone())),
+    }
+}
+
+/// Points about each centre for a picture; how far out and how large their discs are, in the centre's reach.
+const SPRINKLED: usize = 100;
+const SPREAD: f64 = 1.2;
+const DISC: f64 = 0.2;
+
+impl<const D: usize> Samples<D> {
+    /// Points of a surface about some of its nodes, each as far as a length, with discs that cover it.
+    pub fn about<S: Surface<D>>(
+        surface: &S,
+        centres: impl ParallelIterator<Item = (Node<D, S::Place>, f64)>,
+    ) -> Self {
+        let codimension = D - surface.intrinsic_dimension();
+        let sprinkled = centres.flat_map_iter(|(centre, reach)| {
+            let mut scratch = Geometry::new(codimension);
+            let offsets = (0..SPRINKLED).map(move |i| spread::<D>(i) * (SPREAD * reach));
+            offsets.filter_map(move |offset| {
+                let mut place = centre.place;
+                let point = surface.foot(&(centre.point + offset), &mut place, &mut scratch)?;
+                let known = surface.geometry(&point, place, &mut scratch)
+                    && surface.beyond_rim(&point, place).is_none();
+                known.then(|| (point, (scratch.normal(0), DISC * reach)))
+            })
+        });
+        let (points, discs): (Vec<_>, (Vec<_>, Vec<_>)) = sprinkled.unzip();
+        Self {
+            points,
+            discs: (codimension == 1).then_some(discs),
         }
     }
+}
+
+/// The terms of a sequence that fills the cube |x_i| < 1 evenly (Roberts, "The unreasonable
+/// effectiveness of quasirandom sequences", 2018).
+pub fn spread<const D: usize>(term: usize) -> Vector<D> {
+    let ratio = (0..32).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (D as f64 + 1.0)));
+    Vector::from_fn(|i, _| {
+        let step = ratio.powi(-(i as i32 + 1));
+        2.0 * (0.5 + step * (term as f64 + 1.0)).fract() - 1.0
+    })
 }
 
 /// Lowest and highest coordinates.

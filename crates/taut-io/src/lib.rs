@@ -19,6 +19,7 @@
 
 mod error;
 mod format;
+mod json_lines;
 mod pairs;
 mod point_set;
 mod read;
@@ -27,6 +28,7 @@ mod write;
 
 pub use error::{Place, ReadError, WriteError};
 pub use format::Format;
+pub use json_lines::{read_json_lines, write_json_lines};
 pub use pairs::{Pairs, read_pairs, read_pairs_from};
 pub use point_set::{PointSet, ReadOptions};
 pub use read::read;

@@ -41,6 +41,22 @@ pub enum Error {
         /// The interval given.
         found: f64,
     },
+    /// An accuracy that is no length.
+    #[error("the accuracy cannot be {found}; give a positive length in the points' units")]
+    BadAccuracy {
+        /// The accuracy given.
+        found: f64,
+    },
+    /// A model of a surface that contradicts itself.
+    #[error("{}found {found}, expected {expected}; fit the model again", chart_text(*.chart))]
+    BadModel {
+        /// The chart, the first is 0; `None` for what all share.
+        chart: Option<usize>,
+        /// What the model says.
+        found: String,
+        /// What it should.
+        expected: String,
+    },
     /// A row that is not a point: out of range or not finite.
     #[error("point {row} is not there: {reason}")]
     NoSuchPoint {
@@ -80,4 +96,8 @@ pub enum Error {
         /// The length taken for the surface's extent.
         size: f64,
     },
+}
+
+fn chart_text(chart: Option<usize>) -> String {
+    chart.map_or(String::new(), |i| format!("chart {i}: "))
 }

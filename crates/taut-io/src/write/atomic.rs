@@ -8,7 +8,7 @@ use crate::error::WriteError;
 
 /// Fills a temporary file in the folder of `path` and puts it in the place of `path` when it is complete. What is no
 /// plain file (a pipe, a terminal) is written directly.
-pub(super) fn write(
+pub(crate) fn write(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {

@@ -1,6 +1,6 @@
 //! Writers of paths and points, one file per format.
 
-mod atomic;
+pub(crate) mod atomic;
 mod csv;
 mod json;
 mod npy;

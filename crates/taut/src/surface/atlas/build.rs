@@ -7,7 +7,7 @@ use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::links::median;
+use crate::surface::atlas::links::{Link, median};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
@@ -15,10 +15,21 @@ use crate::surface::atlas::sheets::Workspace;
 use crate::surface::atlas::{Atlas, Lists, links, rows, scale};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
+#[derive(Clone)]
 pub(super) struct Built<const D: usize> {
     pub chart: Chart<D>,
     pub members: Vec<u32>,
     pub own: Vec<u32>,
+}
+
+/// Charts and which continue each other, before they are put together.
+pub(super) struct Draft<const D: usize> {
+    pub cloud: Cloud<D>,
+    /// Of the cloud's points and those put between rows of them.
+    pub tree: Tree<D>,
+    pub monomials: Monomials,
+    pub built: Vec<Built<D>>,
+    pub linked: Vec<Vec<Link>>,
 }
 
 /// Radii of charts that one element of a path may span where charts are noisy.
@@ -37,12 +48,7 @@ impl<const D: usize> Atlas<D> {
     ///
     /// O(n log n) time, O(n) memory.
     pub fn new(cloud: Cloud<D>, intrinsic_dimension: usize) -> Result<Self, Error> {
-        Self::of_cells(cloud, intrinsic_dimension, |tree| {
-            let leaves = tree.leaves().into_iter();
-            leaves
-                .map(|leaf| leaf.map(|i| i as u32).collect())
-                .collect()
-        })
+        Ok(Draft::of_leaves(cloud, intrinsic_dimension)?.finish())
     }
 
     /// As [`new`](Self::new), on the cells of a grid of the given intervals, in the input's units, as in
@@ -59,10 +65,23 @@ impl<const D: usize> Atlas<D> {
         if let Some(found) = intervals.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
             return Err(Error::BadInterval { found: *found });
         }
-        Self::of_cells(cloud, intrinsic_dimension, |tree| grid(tree, intervals))
+        let draft = Draft::new(cloud, intrinsic_dimension, |tree| grid(tree, intervals))?;
+        Ok(draft.finish())
+    }
+}
+
+impl<const D: usize> Draft<D> {
+    /// On the leaves of the search tree.
+    pub fn of_leaves(cloud: Cloud<D>, intrinsic_dimension: usize) -> Result<Self, Error> {
+        Self::new(cloud, intrinsic_dimension, |tree| {
+            let leaves = tree.leaves().into_iter();
+            leaves
+                .map(|leaf| leaf.map(|i| i as u32).collect())
+                .collect()
+        })
     }
 
-    fn of_cells(
+    fn new(
         cloud: Cloud<D>,
         intrinsic_dimension: usize,
         cells: impl Fn(&Tree<D>) -> Vec<Vec<u32>>,
@@ -93,56 +112,77 @@ impl<const D: usize> Atlas<D> {
             tree = Tree::new(&[cloud.points.as_slice(), &added].concat());
             built = charted(&tree);
         }
-        let count = tree.points.len();
         if built.is_empty() {
             return Err(Error::NoTangentPlane {
                 dimension: intrinsic_dimension,
             });
         }
-        let mut owner_in_tree = owners(&built, count);
-        let mut linked = links::links(&built, &owner_in_tree, &monomials, &tree);
-        if links::drop_stray(&mut built, &linked, &owner_in_tree) {
-            owner_in_tree = owners(&built, count);
-            linked = links::links(&built, &owner_in_tree, &monomials, &tree);
+        let owners = owners(&built, tree.points.len());
+        let mut linked = links::links(&built, &owners, &monomials, &tree);
+        if links::drop_stray(&mut built, &linked, &owners) {
+            let owners = self::owners(&built, tree.points.len());
+            linked = links::links(&built, &owners, &monomials, &tree);
         }
-        let lists = links::neighbours(&built, &linked, &tree);
+        Ok(Draft {
+            cloud,
+            tree,
+            monomials,
+            built,
+            linked,
+        })
+    }
+}
+
+impl<const D: usize> Draft<D> {
+    /// The atlas of these charts.
+    fn finish(self) -> Atlas<D> {
+        let (neighbours, sides) = self.neighbours();
+        let rim = Rim::new(&self, &neighbours);
+        self.with_rim(neighbours, sides, rim)
+    }
+
+    /// For each chart those that may overlap its cell, and on which side their normals are.
+    pub fn neighbours(&self) -> (Lists, Vec<i8>) {
+        let lists = links::neighbours(&self.built, &self.linked, &self.tree);
         let neighbours = Lists::new(lists.iter().map(|list| list.iter().map(|link| link.0)));
-        let sides = lists.iter().flatten().map(|link| link.1).collect();
-        let own: Vec<Vec<u32>> = built.iter().map(|b| b.own.clone()).collect();
-        let charts: Vec<Chart<D>> = built.into_iter().map(|b| b.chart).collect();
-        let roughness = median(charts.iter().map(|c| c.residual / c.spacing));
-        let detail = if roughness > NOISY {
-            DETAIL * median(charts.iter().map(|c| c.radius))
-        } else {
-            0.0
-        };
-        let rim = Rim::new(
-            &charts,
-            &own,
-            &tree.points,
-            &neighbours,
-            intrinsic_dimension,
-        );
+        let sides = lists.iter().flatten().map(|link| link.1);
+        (neighbours, sides.collect())
+    }
+
+    pub fn with_rim(self, neighbours: Lists, sides: Vec<i8>, rim: Rim<D>) -> Atlas<D> {
+        let mut owner_in_tree = owners(&self.built, self.tree.points.len());
+        let charts: Vec<Chart<D>> = self.built.into_iter().map(|b| b.chart).collect();
+        let (cloud, tree) = (self.cloud, self.tree);
         let given = owner_in_tree.iter().zip(&tree.order);
         let given = given.filter(|(_, index)| (**index as usize) < cloud.points.len());
         let outliers = given.filter(|(owner, _)| **owner == u32::MAX).count();
-        adopt(&tree, &monomials, &mut owner_in_tree, &charts);
-        let mut owners = vec![0; count];
+        adopt(&tree, &self.monomials, &mut owner_in_tree, &charts);
+        let mut owners = vec![0; tree.points.len()];
         for (owner, index) in owner_in_tree.iter().zip(&tree.order) {
             owners[*index as usize] = *owner;
         }
-        Ok(Self {
+        Atlas {
+            detail: detail(&charts),
             cloud,
             charts,
             owners,
             neighbours,
             sides,
-            monomials,
+            monomials: self.monomials,
             rim,
             outliers,
-            detail,
+            has_points: true,
             tree,
-        })
+        }
+    }
+}
+
+/// See [`Surface::detail`](crate::surface::Surface::detail).
+pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
+    if median(charts.iter().map(|c| c.residual / c.spacing)) > NOISY {
+        DETAIL * median(charts.iter().map(|c| c.radius))
+    } else {
+        0.0
     }
 }
 

@@ -80,6 +80,13 @@ impl<const D: usize> Chart<D> {
         }
     }
 
+    /// The direction away from the chart's surface at `x`, of the first of its normals.
+    pub fn normal(&self, monomials: &Monomials, x: &Vector<D>) -> Vector<D> {
+        let mut jet = ChartJet::new();
+        self.jet::<false>(monomials, x, &mut jet);
+        jet.gradient[0]
+    }
+
     /// Secant of the angle between the surface at `x` and the chart's plane, of the steepest normal.
     pub fn steepness(&self, monomials: &Monomials, x: &Vector<D>) -> f64 {
         let k = monomials.variables;

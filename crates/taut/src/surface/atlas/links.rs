@@ -123,7 +123,7 @@ pub(super) fn drop_stray<const D: usize>(
 }
 
 /// The connected group of each chart, named by its lowest chart.
-fn groups(links: &[Vec<Link>]) -> Vec<u32> {
+pub(super) fn groups(links: &[Vec<Link>]) -> Vec<u32> {
     let mut groups = vec![u32::MAX; links.len()];
     let mut stack = Vec::new();
     for first in 0..links.len() as u32 {

@@ -7,14 +7,23 @@
 
 pub(crate) mod build;
 pub(crate) mod chart;
+mod cover;
 pub(crate) mod fit;
+mod fitted;
+mod implicit;
 mod links;
+mod model;
+mod orient;
 pub(crate) mod polynomial;
 pub mod report;
 pub(crate) mod rim;
 mod rows;
 mod scale;
 pub(crate) mod sheets;
+
+pub use fitted::{Fit, FitSettings};
+pub use implicit::Level;
+pub use model::{Header, Model, ModelChart, RimDisc};
 
 use rayon::prelude::*;
 
@@ -53,6 +62,8 @@ pub struct Atlas<const D: usize> {
     outliers: usize,
     /// See [`Surface::detail`].
     detail: f64,
+    /// See [`Atlas::has_points`].
+    has_points: bool,
     /// Holds the points of the cloud, and then those put between rows of them.
     pub(crate) tree: crate::spatial::tree::Tree<D>,
 }
@@ -96,11 +107,29 @@ impl<const D: usize> Atlas<D> {
         &self.cloud
     }
 
+    /// Whether the cloud's points are those of the input. A model's are its charts' origins: its rows mean
+    /// nothing to a user.
+    #[must_use]
+    pub fn has_points(&self) -> bool {
+        self.has_points
+    }
+
     /// The number of points put between rows of points that lie far apart. What surface these make is a
     /// guess that no error estimate knows of.
     #[must_use]
     pub fn points_between_rows(&self) -> usize {
         self.tree.points.len() - self.cloud.points.len()
+    }
+
+    /// The charts' origins: nodes all over the surface.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<Node<D, ChartIndex>> {
+        let charts = self.charts.iter().zip(0..);
+        let node = |(chart, place): (&Chart<D>, ChartIndex)| Node {
+            point: chart.origin,
+            place,
+        };
+        charts.map(node).collect()
     }
 
     /// The node of an input row, pulled onto the surface.
@@ -118,7 +147,7 @@ impl<const D: usize> Atlas<D> {
             reason: "the row was dropped because a value is not finite",
         })?;
         let x = self.cloud.points[point as usize];
-        self.pulled(&x, self.owners[point as usize])
+        self.pulled_or_refused(&x, self.owners[point as usize])
     }
 
     /// The node nearest to a point given in the input's coordinates.
@@ -127,25 +156,34 @@ impl<const D: usize> Atlas<D> {
     /// [`Error::NoFoot`] where the pull-back does not arrive.
     pub fn node_near(&self, x: &Vector<D>) -> Result<Node<D, ChartIndex>, Error> {
         let x = x - self.cloud.centre;
-        let mut found = Vec::new();
-        self.tree.nearest(&x, 1, &mut found);
-        let nearest = self.tree.order[found[0].index as usize];
-        self.pulled(&x, self.owners[nearest as usize])
+        self.pulled_or_refused(&x, self.nearest_chart(&x).0)
+    }
+
+    fn pulled_or_refused(
+        &self,
+        x: &Vector<D>,
+        place: ChartIndex,
+    ) -> Result<Node<D, ChartIndex>, Error> {
+        let mut scratch = Geometry::new(D - self.monomials.variables);
+        let node = self.pulled(x, place, &mut scratch);
+        node.ok_or_else(|| Error::NoFoot {
+            point: format!("{:?}", (x + self.cloud.centre).as_slice()),
+            reason: "it is too far from the points, or the surface is undefined there",
+        })
     }
 
     /// The foot of `x` seen from a chart or, where the iteration does not arrive from there, from the
     /// nearest of its neighbours from which it does.
-    fn pulled(&self, x: &Vector<D>, place: ChartIndex) -> Result<Node<D, ChartIndex>, Error> {
-        let mut scratch = Geometry::new(D - self.monomials.variables);
-        let mut places = self.neighbours.of(place).iter();
-        let node = places.find_map(|place| {
+    fn pulled(
+        &self,
+        x: &Vector<D>,
+        place: ChartIndex,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Node<D, ChartIndex>> {
+        self.neighbours.of(place).iter().find_map(|place| {
             let mut place = *place;
-            let point = self.foot(x, &mut place, &mut scratch)?;
+            let point = self.foot(x, &mut place, scratch)?;
             Some(Node { point, place })
-        });
-        node.ok_or_else(|| Error::NoFoot {
-            point: format!("{:?}", (x + self.cloud.centre).as_slice()),
-            reason: "it is too far from the points, or the surface is undefined there",
         })
     }
 
@@ -378,15 +416,7 @@ impl<const D: usize> Geodesics<D, Atlas<D>> {
     /// Makes an atlas ready for path queries: its charts are the nodes of Algorithm 2's graph.
     #[must_use]
     pub fn of_atlas(atlas: Atlas<D>) -> Self {
-        let nodes = atlas
-            .charts
-            .iter()
-            .zip(0..)
-            .map(|(chart, place)| Node {
-                point: chart.origin,
-                place,
-            })
-            .collect();
+        let nodes = atlas.nodes();
         let lists: Vec<Vec<u32>> = (0..atlas.neighbours.len() as u32)
             .into_par_iter()
             .map(|i| {

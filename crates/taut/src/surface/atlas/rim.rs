@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::Vector;
 use crate::surface::atlas::Lists;
+use crate::surface::atlas::build::{Built, Draft};
 use crate::surface::atlas::chart::Chart;
 
 /// Radius of the discs in spacings: holes narrower than twice that are not seen.
@@ -26,11 +27,16 @@ pub(crate) struct Disc<const D: usize> {
     /// Unit direction from the point it touches to the centre.
     pub outward: Vector<D>,
     pub radius: f64,
-    /// Distance between neighbouring points there.
-    pub spacing: f64,
+    /// The length of rim that the point which it touches stands for.
+    pub share: f64,
 }
 
 impl<const D: usize> Disc<D> {
+    /// The point of the cloud at the rim.
+    fn touched(&self) -> Vector<D> {
+        self.centre - self.outward * self.radius
+    }
+
     /// How deep `x` lies in the disc, and the direction inwards: towards the centre in the half at the
     /// rim, outwards beyond, so that no point is pushed through to the other side.
     pub fn depth(&self, x: &Vector<D>) -> Option<(f64, Vector<D>)> {
@@ -56,57 +62,70 @@ pub(crate) struct Rim<const D: usize> {
 
 impl<const D: usize> Rim<D> {
     /// Rolls the discs round every point. For surfaces (k = 2); on curves and solids no rim is known.
-    /// `own` lists each chart's points.
-    pub fn new(
-        charts: &[Chart<D>],
-        own: &[Vec<u32>],
-        points: &[Vector<D>],
-        neighbours: &Lists,
-        intrinsic_dimension: usize,
-    ) -> Self {
-        if intrinsic_dimension != 2 {
+    pub(super) fn new(draft: &Draft<D>, neighbours: &Lists) -> Self {
+        let (charts, points) = (&draft.built, &draft.tree.points);
+        if draft.monomials.variables != 2 {
             return Self {
                 starts: vec![0; charts.len() + 1],
                 discs: Vec::new(),
             };
         }
         let directions = directions();
-        let lists: Vec<Vec<Disc<D>>> = (0..charts.len())
-            .into_par_iter()
-            .map(|i| {
-                let lists = neighbours
-                    .of(i as u32)
-                    .iter()
-                    .map(|j| own[*j as usize].as_slice());
-                let near = lists.flatten();
+        let lists: Vec<Vec<Disc<D>>> = charts
+            .par_iter()
+            .zip(0..charts.len() as u32)
+            .map(|(built, i)| {
+                let chart = &built.chart;
+                let near = neighbours.of(i).iter().map(|j| &charts[*j as usize]);
                 let flat: Vec<Flat> = near
-                    .map(|p| flat(&charts[i], &points[*p as usize]))
+                    .flat_map(|near| &near.own)
+                    .map(|p| flat(chart, &points[*p as usize]))
                     .collect();
-                // A chart at the rim has points on one side only, which makes them seem sparser.
-                let spacings = neighbours
-                    .of(i as u32)
-                    .iter()
-                    .map(|j| charts[*j as usize].spacing);
-                let spacing = spacings.fold(f64::INFINITY, f64::min);
                 // The chart itself is the first of its neighbours.
-                let own = (0..own[i].len()).zip(&own[i]);
-                let open = own.filter(|(place, _)| !enclosed(&charts[i], *place, &flat));
+                let own = built.own.iter().enumerate();
+                let open = own.filter(|(place, _)| !enclosed(chart, *place, &flat));
                 let discs = open.filter_map(|(place, p)| {
-                    let (x, y) = free_side(&charts[i], place, &flat, directions)?;
-                    Some(disc(&charts[i], &points[*p as usize], x, y, spacing))
+                    let (x, y) = free_side(chart, place, &flat, directions)?;
+                    Some(disc(chart, &points[*p as usize], x, y))
                 });
                 discs.collect()
             })
             .collect();
         let whole = chains(&lists, neighbours);
+        let mut kept: Vec<Vec<Disc<D>>> = lists
+            .iter()
+            .zip(whole)
+            .map(|(list, whole)| {
+                let kept = list.iter().zip(whole).filter(|(_, size)| *size >= FEWEST);
+                kept.map(|(disc, _)| *disc).collect()
+            })
+            .collect();
+        measure(&mut kept, charts, neighbours);
+        Self::of_lists(&kept)
+    }
+
+    /// Discs by chart.
+    pub(super) fn of_lists(lists: &[Vec<Disc<D>>]) -> Self {
         let mut starts = vec![0];
-        let mut discs = Vec::new();
-        for (list, whole) in lists.iter().zip(whole) {
-            let kept = list.iter().zip(whole).filter(|(_, size)| *size >= FEWEST);
-            discs.extend(kept.map(|(disc, _)| *disc));
-            starts.push(discs.len() as u32);
+        for list in lists {
+            starts.push(starts[starts.len() - 1] + list.len() as u32);
         }
-        Self { starts, discs }
+        Self {
+            starts,
+            discs: lists.concat(),
+        }
+    }
+
+    /// The discs of groups of charts, each in one list.
+    pub(super) fn grouped(&self, groups: &[Vec<u32>]) -> Self {
+        let group = |group: &Vec<u32>| {
+            group
+                .iter()
+                .flat_map(|chart| self.of(*chart))
+                .copied()
+                .collect()
+        };
+        Self::of_lists(&groups.iter().map(group).collect::<Vec<_>>())
     }
 
     /// The discs at a chart's points.
@@ -115,9 +134,9 @@ impl<const D: usize> Rim<D> {
         &self.discs[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
-    /// Estimated length of all rims: a spacing for every point on one.
+    /// Estimated length of all rims.
     pub fn length(&self) -> f64 {
-        self.discs.iter().fold(0.0, |sum, disc| sum + disc.spacing)
+        self.discs.iter().fold(0.0, |sum, disc| sum + disc.share)
     }
 }
 
@@ -152,6 +171,41 @@ fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec
         }
     }
     sizes
+}
+
+/// Gives each disc its share of the rim: half the way to the next points on it, on either side.
+fn measure<const D: usize>(lists: &mut [Vec<Disc<D>>], charts: &[Built<D>], neighbours: &Lists) {
+    let known = &*lists;
+    let share = |chart: u32, disc: &Disc<D>| {
+        let near = neighbours.of(chart).iter();
+        let touched = near.flat_map(|j| &known[*j as usize]).map(Disc::touched);
+        let frame = &charts[chart as usize].chart.frame;
+        let plane = [D - 2, D - 1].map(|column| frame.column(column).into_owned());
+        let [x, y] = [0, 1].map(|axis| disc.outward.dot(&plane[axis]));
+        let along = plane[1] * x - plane[0] * y;
+        // Two points on one disc are no farther apart than its diameter.
+        let mut gaps = [2.0 * disc.radius; 2];
+        for offset in touched.map(|point| point - disc.touched()) {
+            let side = usize::from(offset.dot(&along) > 0.0);
+            let gap = offset.norm();
+            if gap > 0.0 {
+                gaps[side] = gaps[side].min(gap);
+            }
+        }
+        0.5 * (gaps[0] + gaps[1])
+    };
+    let shares: Vec<Vec<f64>> = (0..known.len() as u32)
+        .into_par_iter()
+        .map(|i| {
+            known[i as usize]
+                .iter()
+                .map(|disc| share(i, disc))
+                .collect()
+        })
+        .collect();
+    for (disc, share) in lists.iter_mut().flatten().zip(shares.concat()) {
+        disc.share = share;
+    }
 }
 
 /// A point in a chart's tangent plane.
@@ -219,20 +273,14 @@ fn free_side<const D: usize>(
 }
 
 /// The disc that touches a point in a direction of the chart's plane.
-fn disc<const D: usize>(
-    chart: &Chart<D>,
-    point: &Vector<D>,
-    x: f64,
-    y: f64,
-    spacing: f64,
-) -> Disc<D> {
+fn disc<const D: usize>(chart: &Chart<D>, point: &Vector<D>, x: f64, y: f64) -> Disc<D> {
     let radius = DISC_SPACINGS * chart.spacing;
     let outward = chart.frame.column(D - 2) * x + chart.frame.column(D - 1) * y;
     Disc {
         centre: point + outward * radius,
         outward,
         radius,
-        spacing,
+        share: 0.0,
     }
 }
 

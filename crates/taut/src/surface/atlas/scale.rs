@@ -166,15 +166,15 @@ pub(super) fn fit<const D: usize>(
 }
 
 #[derive(Clone)]
-struct Fitted<const D: usize> {
-    chart: Chart<D>,
+pub(super) struct Fitted<const D: usize> {
+    pub chart: Chart<D>,
     sigma: f64,
     /// Correlation of neighbours' residuals; 0 where the fit is clean.
     misfit: f64,
 }
 
 /// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
-fn fit_chart<const D: usize>(
+pub(super) fn fit_chart<const D: usize>(
     sheet: &Sheet<D>,
     neighbourhood: &Neighbourhood<D>,
     workspace: &mut Workspace<D>,

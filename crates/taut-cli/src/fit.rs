@@ -1,0 +1,165 @@
+//! `taut fit`.
+
+use std::io::Write;
+
+use serde::Serialize;
+use taut::cloud::Cloud;
+use taut::surface::atlas::{Atlas, Fit, FitSettings};
+use taut_io::PointSet;
+
+use crate::clouds;
+use crate::exit::{Exit, Failure};
+use crate::models;
+use crate::output::{line, significant};
+use crate::picture;
+use crate::progress::Progress;
+use crate::settings::FitCommandSettings;
+use crate::surface::{Samples, flat_samples, with_size};
+
+/// What came of the fit; lengths are in the units of the input.
+#[derive(Serialize)]
+struct Facts {
+    surface: String,
+    model: String,
+    points: usize,
+    charts: usize,
+    accuracy: f64,
+    residual: f64,
+    largest_residual: f64,
+    beyond: usize,
+    outliers: usize,
+    normals_given: bool,
+    normals_against: usize,
+    contradictions: usize,
+    rim_length: f64,
+    warnings: Vec<String>,
+}
+
+/// Fits a surface and writes it.
+pub fn run(settings: &FitCommandSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let points = clouds::read(&settings.cloud, progress)?;
+    let facts = with_size!(points.dimension, fitted(settings, &points, progress))?;
+    progress.clear();
+    let mut out = std::io::stdout().lock();
+    if settings.json {
+        let text = serde_json::to_string(&facts).map_err(std::io::Error::from)?;
+        writeln!(out, "{text}")?;
+    } else {
+        write(&mut out, &facts)?;
+    }
+    Ok(Exit::Success)
+}
+
+fn fitted<const D: usize>(
+    settings: &FitCommandSettings,
+    points: &PointSet,
+    progress: &Progress,
+) -> Result<Facts, Failure> {
+    let name = settings.cloud.file.display().to_string();
+    let refused = |error| Failure::Surface {
+        surface: name.clone(),
+        error,
+    };
+    let intrinsic =
+        clouds::intrinsic_dimension::<D>(settings.cloud.model.dimension, points.dimension)?;
+    progress.step(format!("fitting {} points", points.rows()));
+    let cloud = Cloud::<D>::new(&points.coordinates, points.dimension).map_err(refused)?;
+    let fit_settings = FitSettings {
+        accuracy: settings.accuracy,
+        normals: points.normals.as_deref(),
+    };
+    let (atlas, fit) = Atlas::fit(cloud, intrinsic, &fit_settings).map_err(refused)?;
+    clouds::note_changes(&name, &atlas, progress);
+    progress.step(format!("writing {}", settings.output.display()));
+    models::write(&settings.output, &atlas, points.dimension)?;
+    if let Some(file) = &settings.picture {
+        progress.step("drawing");
+        let samples = flat_samples(
+            &Samples::of_charts(&atlas),
+            &atlas.cloud().centre,
+            points.dimension,
+        );
+        picture::draw(file, &samples, &[])?;
+    }
+    let report = atlas.report();
+    Ok(Facts {
+        surface: name,
+        model: settings.output.display().to_string(),
+        points: atlas.cloud().points.len(),
+        charts: report.charts,
+        accuracy: fit.accuracy,
+        residual: fit.residual,
+        largest_residual: fit.largest_residual,
+        beyond: fit.beyond,
+        outliers: report.outliers,
+        normals_given: points.normals.is_some(),
+        normals_against: fit.normals_against,
+        contradictions: fit.contradictions,
+        rim_length: report.rim_length,
+        warnings: warnings(&fit, report.rim_length),
+    })
+}
+
+/// What a user of the model must know.
+fn warnings(fit: &Fit, rim_length: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if fit.beyond > 0 {
+        warnings.push(format!(
+            "{} points lie farther than {} from the surface, the farthest {}: outliers, creases or noise; a larger --accuracy smooths more",
+            fit.beyond,
+            significant(fit.accuracy),
+            significant(fit.largest_residual)
+        ));
+    }
+    if fit.contradictions > 0 {
+        warnings.push(format!(
+            "{} pairs of neighbouring charts cannot agree on a side: the surface has one side only there, or layers are joined",
+            fit.contradictions
+        ));
+    }
+    if fit.normals_against > 0 {
+        warnings.push(format!(
+            "{} given normals point to the other side than those about them; the surface follows the majority of each piece",
+            fit.normals_against
+        ));
+    }
+    if rim_length > 0.0 {
+        warnings.push(format!(
+            "the surface is open, with rims {} long, holes included: it is known up to them, and the two sides of F meet beyond them",
+            significant(rim_length)
+        ));
+    }
+    warnings
+}
+
+fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
+    let normals = match facts.normals_given {
+        true => "given",
+        false => "estimated",
+    };
+    for (name, value) in [
+        ("surface", facts.surface.clone()),
+        ("model", facts.model.clone()),
+        ("points", facts.points.to_string()),
+        ("charts", facts.charts.to_string()),
+        ("accuracy asked", significant(facts.accuracy)),
+        (
+            "residual",
+            format!(
+                "{} (root mean square), {} at most",
+                significant(facts.residual),
+                significant(facts.largest_residual)
+            ),
+        ),
+        ("points beyond", facts.beyond.to_string()),
+        ("outliers", facts.outliers.to_string()),
+        ("normals", normals.to_owned()),
+        ("contradictions", facts.contradictions.to_string()),
+    ] {
+        line(out, name, &value)?;
+    }
+    for warning in &facts.warnings {
+        line(out, "warning", warning)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,118 @@
+//! The blend as one function F of space.
+//!
+//! A path knows the chart that it is on; a point of space does not. It is looked at from the chart whose
+//! surface passes nearest to it, so that of two layers the nearer one counts. Beyond the charts' supports F is the
+//! signed distance to that surface: it has the right side, but no more.
+
+use crate::surface::atlas::chart::Chart;
+use crate::surface::atlas::{Atlas, ChartIndex};
+use crate::surface::{Geometry, Surface};
+use crate::{Matrix, Vector};
+
+/// F at a point, with its derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct Level<const D: usize> {
+    /// F: 0 on the surface, about the signed distance from it near it, in the input's units.
+    pub value: f64,
+    /// Its gradient.
+    pub gradient: Vector<D>,
+    /// Its second derivatives.
+    pub hessian: Matrix<D>,
+    /// Whether charts reach the point. Where none does, F is the signed distance to the nearest chart.
+    pub charted: bool,
+    /// Whether the point of the surface near it lies beyond a rim: in a hole, or past the end of the data.
+    pub beyond_rim: bool,
+}
+
+/// Points next to a point of space whose charts may be the nearest.
+const CANDIDATES: usize = 8;
+
+impl<const D: usize> Atlas<D> {
+    /// F at a point in the input's coordinates; `None` for surfaces of several normals. Of one sign on each
+    /// side of a closed surface if the charts' sides are known, as a [fit](Atlas::fit)'s are.
+    ///
+    /// O(log n).
+    #[must_use]
+    pub fn level(&self, x: &Vector<D>) -> Option<Level<D>> {
+        if self.monomials.variables + 1 != D {
+            return None;
+        }
+        let x = x - self.cloud.centre;
+        let (home, nearest) = self.nearest_chart(&x);
+        if !self.overlapping(&x, home, |_, _, _, _| {}) {
+            return Some(self.signed_distance(&x, home, &nearest));
+        }
+        let mut geometry = Geometry::new(1);
+        self.blend::<true>(&x, home, &mut geometry);
+        Some(Level {
+            value: geometry.values[0],
+            gradient: geometry.gradients[0],
+            hessian: geometry.hessians[0],
+            charted: true,
+            beyond_rim: self.beyond_rim(&nearest, home).is_some(),
+        })
+    }
+
+    /// The chart whose surface passes nearest to `x`, among those of the points next to it, and where.
+    pub(super) fn nearest_chart(&self, x: &Vector<D>) -> (ChartIndex, Vector<D>) {
+        let mut found = Vec::new();
+        self.tree.nearest(x, CANDIDATES, &mut found);
+        let mut best = (0, Vector::zeros(), f64::INFINITY);
+        let mut tried = [ChartIndex::MAX; CANDIDATES];
+        for (place, neighbour) in found.iter().enumerate() {
+            let owner = self.owners[self.tree.order[neighbour.index as usize] as usize];
+            if tried.contains(&owner) {
+                continue;
+            }
+            tried[place] = owner;
+            let point = self.nearest_on(&self.charts[owner as usize], x);
+            let squared = (x - point).norm_squared();
+            if squared < best.2 {
+                best = (owner, point, squared);
+            }
+        }
+        (best.0, best.1)
+    }
+
+    /// The point of a chart's part of the surface next to `x`: above the point of its disc of half the
+    /// support's radius that is next to `x`.
+    fn nearest_on(&self, chart: &Chart<D>, x: &Vector<D>) -> Vector<D> {
+        let offset = x - chart.origin;
+        let normals = D - self.monomials.variables;
+        let mut along = offset;
+        for a in 0..normals {
+            let normal = chart.frame.column(a);
+            along -= normal * normal.dot(&offset);
+        }
+        let length = along.norm();
+        let within = 0.5 * chart.radius;
+        if length > within {
+            along *= within / length;
+        }
+        let flat = chart.origin + along;
+        let mut heights = [0.0; D];
+        chart.offsets(&self.monomials, &flat, &mut heights);
+        (0..normals).fold(flat, |point, a| point - chart.frame.column(a) * heights[a])
+    }
+
+    /// The signed distance to a point of a chart's surface, on whose side of it `x` lies.
+    fn signed_distance(&self, x: &Vector<D>, home: ChartIndex, point: &Vector<D>) -> Level<D> {
+        let offset = x - point;
+        let distance = offset.norm();
+        let normal = self.charts[home as usize].normal(&self.monomials, point);
+        let side = if normal.dot(&offset) >= 0.0 {
+            1.0
+        } else {
+            -1.0
+        };
+        let direction = offset / distance;
+        let across = Matrix::identity() - direction * direction.transpose();
+        Level {
+            value: side * distance,
+            gradient: direction * side,
+            hessian: across * (side / distance),
+            charted: false,
+            beyond_rim: self.beyond_rim(point, home).is_some(),
+        }
+    }
+}
