@@ -74,6 +74,9 @@ impl<const D: usize> Geometry<D> {
     /// Householder QR of J': fills [`basis`](Self::basis). `false` where the gradients are not
     /// independent (relative to the longest, to 1e-12) or not finite.
     pub fn factor(&mut self) -> bool {
+        if self.codimension == 1 {
+            return self.factor_one();
+        }
         let Some(reflectors) = self.triangularise() else {
             return false;
         };
@@ -96,6 +99,30 @@ impl<const D: usize> Geometry<D> {
                 }
             }
         }
+        true
+    }
+
+    /// [`factor`](Self::factor) for one equation, in closed form.
+    fn factor_one(&mut self) -> bool {
+        let gradient = self.gradients[0];
+        let squared = gradient.norm_squared();
+        if !(squared > 0.0 && squared.is_finite()) {
+            return false;
+        }
+        let length = squared.sqrt();
+        let normal = gradient / length;
+        // The reflection that takes the first axis to the normal's line, v = normal + sign e_1.
+        let mut v = normal;
+        v[0] += 1.0_f64.copysign(normal[0]);
+        let beta = 1.0 / (1.0 + normal[0].abs());
+        self.basis = Matrix::identity();
+        self.basis.set_column(0, &normal);
+        for j in 1..D {
+            for i in 0..D {
+                self.basis[(i, j)] -= v[i] * (beta * v[j]);
+            }
+        }
+        self.triangle[(0, 0)] = length;
         true
     }
 
