@@ -102,27 +102,22 @@ impl<const D: usize> Geometry<D> {
         true
     }
 
-    /// [`factor`](Self::factor) for one equation, in closed form.
+    /// [`factor`](Self::factor) for one equation: a single reflection.
     fn factor_one(&mut self) -> bool {
-        let gradient = self.gradients[0];
-        let squared = gradient.norm_squared();
+        let mut v = self.gradients[0];
+        let squared = v.norm_squared();
         if !(squared > 0.0 && squared.is_finite()) {
             return false;
         }
-        let length = squared.sqrt();
-        let normal = gradient / length;
-        // The reflection that takes the first axis to the normal's line, v = normal + sign e_1.
-        let mut v = normal;
-        v[0] += 1.0_f64.copysign(normal[0]);
-        let beta = 1.0 / (1.0 + normal[0].abs());
-        self.basis = Matrix::identity();
-        self.basis.set_column(0, &normal);
-        for j in 1..D {
-            for i in 0..D {
-                self.basis[(i, j)] -= v[i] * (beta * v[j]);
-            }
+        let diagonal = -squared.sqrt().copysign(v[0]);
+        v[0] -= diagonal;
+        // |v|^2 = 2 diagonal (diagonal - gradient_0)
+        let beta = -1.0 / (diagonal * v[0]);
+        self.basis = Matrix::identity() - v * (v.transpose() * beta);
+        if diagonal < 0.0 {
+            self.basis.column_mut(0).neg_mut();
         }
-        self.triangle[(0, 0)] = length;
+        self.triangle[(0, 0)] = diagonal.abs();
         true
     }
 
