@@ -252,10 +252,17 @@ impl<const D: usize> LevelSet<D> for Atlas<D> {
 
     fn locate(&self, x: &Vector<D>, place: &mut ChartIndex) -> bool {
         loop {
+            let home = &self.charts[*place as usize].origin;
             let mut nearest = *place;
-            let mut least = f64::INFINITY;
-            for index in self.neighbours.of(*place) {
-                let squared = (x - self.charts[*index as usize].origin).norm_squared();
+            let mut least = (x - home).norm_squared();
+            let within = 4.0 * least;
+            for index in &self.neighbours.of(*place)[1..] {
+                let origin = &self.charts[*index as usize].origin;
+                // They come nearest first, and those twice as far from home as x are farther from x.
+                if (origin - home).norm_squared() > within {
+                    break;
+                }
+                let squared = (x - origin).norm_squared();
                 if squared < least {
                     least = squared;
                     nearest = *index;
@@ -300,6 +307,9 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     }
 
     fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {
+        if self.rim.is_empty() {
+            return None;
+        }
         let mut deepest: Option<(f64, Vector<D>)> = None;
         for chart in self.neighbours.of(place) {
             for found in self.rim.of(*chart).iter().filter_map(|disc| disc.depth(x)) {
