@@ -206,12 +206,10 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let (start, end) = (self.entrances(from), self.entrances(to));
         let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
         let both = (&search.forward, &search.backward);
+        let through = |v| search.forward.distance(v) + search.backward.distance(v);
         let reached = search.backward.reached();
-        self.along(
-            from,
-            to,
-            routes::routes(&self.graph, both, reached, most, longest),
-        )
+        let routes = routes::routes(&self.graph, both, through, reached, most, longest);
+        self.along(from, to, routes)
     }
 
     /// The guesses along routes from one node to another.

@@ -46,9 +46,7 @@ impl Band {
                 for (target, value) in other.iter_mut().zip(&below[i..]) {
                     *target -= factor * value;
                 }
-            }
-            for value in below {
-                *value /= pivot;
+                below[i] = factor;
             }
         }
         Some(negative)

@@ -125,7 +125,8 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         }
     }
 
-    /// The same path on other elements: `knots` ascend from 0 to 1 in this path's parameter.
+    /// The same path on other elements: `knots` ascend from 0 to 1 in this path's parameter. Elements
+    /// that it has already keep their nodes.
     ///
     /// `None` where a new node finds no foot.
     pub fn refit<S: Surface<D, Place = P>>(
@@ -140,6 +141,10 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         nodes.push(self.nodes[0]);
         let mut at = Cursor::new(&self.spans);
         for pair in knots.windows(2) {
+            if let Some(e) = at.whole(pair[0], pair[1]).filter(|_| degree == self.degree) {
+                nodes.extend(&self.nodes[e * degree + 1..=(e + 1) * degree]);
+                continue;
+            }
             for x in &reference.nodes[1..] {
                 let parameter = pair[0] + 0.5 * (1.0 + x) * (pair[1] - pair[0]);
                 let (e, local) = at.seek(parameter);
@@ -184,6 +189,21 @@ impl<'a> Cursor<'a> {
         }
         let local = 2.0 * (parameter - self.start) / self.spans[self.index] - 1.0;
         (self.index, local.clamp(-1.0, 1.0))
+    }
+
+    /// The span from one parameter to another (neither before the last one asked for), if these are its
+    /// ends but for rounding.
+    pub fn whole(&mut self, from: f64, to: f64) -> Option<usize> {
+        let (index, local) = self.seek(from);
+        let index = index + usize::from(local > 0.0);
+        let span = *self.spans.get(index)?;
+        let start = if local > 0.0 {
+            self.start + self.spans[self.index]
+        } else {
+            self.start
+        };
+        let off = (from - start).abs().max((to - from - span).abs());
+        (off <= 1e-12).then_some(index)
     }
 }
 

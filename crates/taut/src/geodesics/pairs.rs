@@ -21,6 +21,8 @@ pub struct Guess<const D: usize, P> {
 
 /// Pieces that a chord is cut into to measure the curve over it.
 const PIECES: usize = 16;
+/// Nodes looked at together for those near a route.
+const BLOCK: usize = 16;
 
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// The shortest way along the graph, `None` where there is none.
@@ -79,7 +81,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 let longest = DETOUR * start.distance(end);
                 let both = (&start.distances, &end.distances);
                 let near = start.between(end, longest);
-                let routes = routes::routes(&self.graph, both, &near, GUESSES, longest);
+                let through = |v| start.lengths[v as usize] + end.lengths[v as usize];
+                let routes = routes::routes(&self.graph, both, through, &near, GUESSES, longest);
                 let guesses = self.along(&nodes[pair[0]], &nodes[pair[1]], routes);
                 let mut workspace = self.take_workspace();
                 let paths = self.pull_taut(&guesses, settings, CLOSE, &mut workspace.solver);
@@ -113,9 +116,20 @@ struct End {
 impl End {
     /// The nodes on routes at most so long.
     fn between(&self, other: &Self, longest: f32) -> Vec<u32> {
-        let sums = self.lengths.iter().zip(&other.lengths);
-        let near = sums.zip(0..).filter(|((a, b), _)| **a + **b <= longest);
-        near.map(|(_, node)| node).collect()
+        let mut near = Vec::new();
+        let blocks = self.lengths.chunks(BLOCK).zip(other.lengths.chunks(BLOCK));
+        for (first, (from, to)) in (0_u32..).step_by(BLOCK).zip(blocks) {
+            let within = || from.iter().zip(to).map(|(a, b)| a + b <= longest);
+            // Most blocks hold none, which is found out without a branch a node.
+            if within().fold(false, |any, near| any | near) {
+                near.extend(
+                    (first..)
+                        .zip(within())
+                        .filter_map(|(v, near)| near.then_some(v)),
+                );
+            }
+        }
+        near
     }
 
     /// Distance along the graph, infinite where there is none.

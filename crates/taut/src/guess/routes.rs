@@ -21,17 +21,18 @@ pub(crate) const DETOUR: f32 = 1.1;
 const SHARED: f64 = 0.85;
 
 /// Up to `most` distinct routes through some of the `candidates`, shortest first, at most `longest`, by
-/// the distances from both ends.
+/// the ways from both ends and the length of the shortest route `through` a node.
 pub(crate) fn routes<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
     (from, to): (&Distances, &Distances),
+    through: impl Fn(u32) -> f32,
     candidates: &[u32],
     most: usize,
     longest: f32,
 ) -> Vec<Route> {
-    let through = |v: u32| from.distance(v) + to.distance(v);
-    let shorter = |a: &u32, b: &u32| through(*a).total_cmp(&through(*b)).then(a.cmp(b));
-    let Some(best) = candidates.iter().copied().min_by(shorter) else {
+    let lengths = candidates.iter().map(|v| (through(*v), *v));
+    let shorter = |a: (f32, u32), b: (f32, u32)| if b < a { b } else { a };
+    let Some((_, best)) = lengths.reduce(shorter) else {
         return Vec::new();
     };
     let mut chosen = vec![Route {

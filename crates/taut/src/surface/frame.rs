@@ -74,6 +74,9 @@ impl<const D: usize> Geometry<D> {
     /// Householder QR of J': fills [`basis`](Self::basis). `false` where the gradients are not
     /// independent (relative to the longest, to 1e-12) or not finite.
     pub fn factor(&mut self) -> bool {
+        if self.codimension == 1 {
+            return self.factor_one();
+        }
         let Some(reflectors) = self.triangularise() else {
             return false;
         };
@@ -96,6 +99,25 @@ impl<const D: usize> Geometry<D> {
                 }
             }
         }
+        true
+    }
+
+    /// [`factor`](Self::factor) for one equation: a single reflection.
+    fn factor_one(&mut self) -> bool {
+        let mut v = self.gradients[0];
+        let squared = v.norm_squared();
+        if !(squared > 0.0 && squared.is_finite()) {
+            return false;
+        }
+        let diagonal = -squared.sqrt().copysign(v[0]);
+        v[0] -= diagonal;
+        // |v|^2 = 2 diagonal (diagonal - gradient_0)
+        let beta = -1.0 / (diagonal * v[0]);
+        self.basis = Matrix::identity() - v * (v.transpose() * beta);
+        if diagonal < 0.0 {
+            self.basis.column_mut(0).neg_mut();
+        }
+        self.triangle[(0, 0)] = diagonal.abs();
         true
     }
 

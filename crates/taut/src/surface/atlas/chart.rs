@@ -1,5 +1,6 @@
 //! A chart: a polynomial height over a tangent plane, valid within a radius.
 
+use crate::surface::atlas::jet::Jet;
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::scale::NOISY;
 use crate::{Matrix, Vector};
@@ -27,12 +28,11 @@ pub(crate) struct Chart<const D: usize> {
     pub height_error: f64,
 }
 
-/// Values, gradients and Hessians of a chart's equations f = <x - o, n> - h(u), all m of them.
+/// Values and gradients of a chart's equations f = <x - o, n> - h(u), all m of them.
 #[derive(Clone, Debug)]
 pub(crate) struct ChartJet<const D: usize> {
     pub value: [f64; D],
     pub gradient: [Vector<D>; D],
-    pub hessian: [Matrix<D>; D],
 }
 
 impl<const D: usize> ChartJet<D> {
@@ -40,7 +40,6 @@ impl<const D: usize> ChartJet<D> {
         Self {
             value: [0.0; D],
             gradient: [Vector::zeros(); D],
-            hessian: [Matrix::zeros(); D],
         }
     }
 }
@@ -83,7 +82,7 @@ impl<const D: usize> Chart<D> {
     /// The direction away from the chart's surface at `x`, of the first of its normals.
     pub fn normal(&self, monomials: &Monomials, x: &Vector<D>) -> Vector<D> {
         let mut jet = ChartJet::new();
-        self.jet::<false>(monomials, x, &mut jet);
+        self.jet(monomials, x, &mut jet);
         jet.gradient[0]
     }
 
@@ -103,41 +102,52 @@ impl<const D: usize> Chart<D> {
         (1.0 + steepest).sqrt()
     }
 
-    /// Values, gradients and, if asked for, Hessians of the m equations at `x`.
-    #[inline]
-    pub fn jet<const HESSIANS: bool>(
+    /// Values and gradients of the m equations at `x`.
+    pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, out: &mut ChartJet<D>) {
+        let m = D - monomials.variables;
+        let offset = x - self.origin;
+        for a in 0..m {
+            let jet = self.equation::<false>(monomials, m, a, &offset);
+            (out.value[a], out.gradient[a]) = (jet.value, jet.gradient);
+        }
+    }
+
+    /// Value, gradient and, if asked for, Hessian of equation `a` of m at an offset from the origin.
+    /// Inlined, so that a known m unrolls its loops.
+    #[inline(always)]
+    pub fn equation<const HESSIAN: bool>(
         &self,
         monomials: &Monomials,
-        x: &Vector<D>,
-        out: &mut ChartJet<D>,
-    ) {
-        let k = monomials.variables;
-        let m = D - k;
-        let (local, u) = self.coordinates(k, x);
+        m: usize,
+        a: usize,
+        offset: &Vector<D>,
+    ) -> Jet<D, HESSIAN> {
+        let k = D - m;
         let inverse = 1.0 / self.scale;
-        let (mut gradient, mut hessian) = ([0.0; D], [[0.0; D]; D]);
-        let hessian = &mut hessian.as_flattened_mut()[..k * k];
-        let count = self.coefficients.len() / m;
-        for (a, c) in self.coefficients.chunks(count).enumerate() {
-            let height = monomials.evaluate(c, &u[..k], &mut gradient[..k], hessian);
-            out.value[a] = local[a] - height;
-            let mut slope = self.frame.column(a).into_owned();
-            for j in 0..k {
-                slope -= self.frame.column(m + j) * (gradient[j] * inverse);
-            }
-            out.gradient[a] = slope;
-            if HESSIANS {
-                let mut sum = Matrix::zeros();
-                for i in 0..k {
-                    let mut row = Vector::zeros();
-                    for j in 0..k {
-                        row += self.frame.column(m + j) * hessian[i * k + j];
-                    }
-                    row *= -inverse * inverse;
-                    sum += self.frame.column(m + i) * row.transpose();
-                }
-                out.hessian[a] = sum;
-            }
+        let mut u = [0.0; D];
+        for j in 0..k {
+            u[j] = self.frame.column(m + j).dot(offset) * inverse;
         }
+        let (mut slopes, mut bends) = ([0.0; D], [[0.0; D]; D]);
+        let bends = &mut bends.as_flattened_mut()[..k * k];
+        let count = self.coefficients.len() / m;
+        let coefficients = &self.coefficients[a * count..(a + 1) * count];
+        let height = monomials.evaluate(coefficients, &u[..k], &mut slopes[..k], bends);
+        let normal = self.frame.column(a);
+        let mut jet = Jet {
+            value: normal.dot(offset) - height,
+            gradient: normal.into_owned(),
+            hessian: Matrix::zeros(),
+        };
+        for i in 0..k {
+            let tangent = self.frame.column(m + i);
+            jet.gradient -= tangent * (slopes[i] * inverse);
+            let mut bent = Vector::<D>::zeros();
+            for j in 0..k {
+                bent -= self.frame.column(m + j) * (bends[i * k + j] * inverse * inverse);
+            }
+            jet.bend(|i, j| tangent[i] * bent[j]);
+        }
+        jet
     }
 }

@@ -39,7 +39,7 @@ impl<const D: usize> Atlas<D> {
         }
         let x = x - self.cloud.centre;
         let (home, nearest) = self.nearest_chart(&x);
-        if !self.overlapping(&x, home, |_, _, _, _| {}) {
+        if !self.charted(&x, home) {
             return Some(self.signed_distance(&x, home, &nearest));
         }
         let mut geometry = Geometry::new(1);
@@ -51,6 +51,16 @@ impl<const D: usize> Atlas<D> {
             charted: true,
             beyond_rim: self.beyond_rim(&nearest, home).is_some(),
         })
+    }
+
+    /// Whether the support of a chart known at `home` holds `x`.
+    fn charted(&self, x: &Vector<D>, home: ChartIndex) -> bool {
+        let mut charts = self
+            .neighbours
+            .of(home)
+            .iter()
+            .map(|i| &self.charts[*i as usize]);
+        charts.any(|chart| (x - chart.origin).norm_squared() < chart.radius * chart.radius)
     }
 
     /// The chart whose surface passes nearest to `x`, among those of the points next to it, and where.

@@ -241,8 +241,8 @@ impl Usual {
     ) -> Option<i8> {
         let m = D - monomials.variables;
         let (mut one, mut other) = (ChartJet::new(), ChartJet::new());
-        a.jet::<false>(monomials, x, &mut one);
-        b.jet::<false>(monomials, x, &mut other);
+        a.jet(monomials, x, &mut one);
+        b.jet(monomials, x, &mut other);
         let limit = 3.0 * self.height_error;
         let errors = a.height_error.min(limit) + b.height_error.min(limit);
         let slack = SLACK * a.spacing.max(b.spacing) + 3.0 * errors;

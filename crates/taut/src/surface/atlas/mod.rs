@@ -11,6 +11,7 @@ mod cover;
 pub(crate) mod fit;
 mod fitted;
 mod implicit;
+mod jet;
 mod links;
 mod model;
 mod orient;
@@ -27,6 +28,7 @@ pub use model::{Header, Model, ModelChart, RimDisc};
 
 use rayon::prelude::*;
 
+use crate::Vector;
 use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::geodesics::Geodesics;
@@ -34,8 +36,8 @@ use crate::guess::Guide;
 use crate::guess::graph::Graph;
 use crate::surface::level_set::{self, LevelSet};
 use crate::surface::{Geometry, Node, Surface};
-use crate::{Matrix, Vector};
-use chart::{Chart, ChartJet};
+use chart::Chart;
+use jet::Jet;
 use polynomial::Monomials;
 use rim::Rim;
 
@@ -44,6 +46,8 @@ pub type ChartIndex = u32;
 
 /// A first guess may cut across a rim by this many spacings.
 const CROSSING: f64 = 0.75;
+/// Charts looked at at a time for those that overlap a point.
+const LOOKED_AT: usize = 32;
 
 /// A smooth surface through a point cloud.
 pub struct Atlas<const D: usize> {
@@ -197,124 +201,87 @@ impl<const D: usize> Atlas<D> {
         })
     }
 
-    /// Calls `visit` for every chart whose support holds `x`, with its side, its offset from the
-    /// origin and its weight's argument 1 - r^2/R^2; returns whether there was one.
+    /// Puts the places in `list` of the charts whose support holds `x` first in `found`; returns how many.
+    /// Without a branch, as which charts these are is past guessing.
+    #[inline(always)]
     fn overlapping(
         &self,
         x: &Vector<D>,
-        home: ChartIndex,
-        mut visit: impl FnMut(&Chart<D>, f64, Vector<D>, f64),
-    ) -> bool {
-        let mut any = false;
-        let sides = &self.sides[self.neighbours.range(home)];
-        for (index, side) in self.neighbours.of(home).iter().zip(sides) {
+        list: &[ChartIndex],
+        found: &mut [usize; LOOKED_AT],
+    ) -> usize {
+        let mut count = 0;
+        for (place, index) in list.iter().enumerate() {
             let chart = &self.charts[*index as usize];
-            let offset = x - chart.origin;
-            let inside = 1.0 - offset.norm_squared() / (chart.radius * chart.radius);
-            if inside > 0.0 {
-                any = true;
-                visit(chart, f64::from(*side), offset, inside);
-            }
+            let squared = (x - chart.origin).norm_squared();
+            found[count] = place;
+            count += usize::from(squared < chart.radius * chart.radius);
         }
-        any
+        count
     }
 
     /// The blend F = sum_c phi_c s_c f_c / sum_c phi_c with its derivatives, of the charts known at
     /// `home`; beyond all supports the home chart alone.
     fn blend<const HESSIANS: bool>(&self, x: &Vector<D>, home: ChartIndex, out: &mut Geometry<D>) {
-        let m = out.codimension;
-        out.values.fill(0.0);
-        out.gradients.fill(Vector::zeros());
-        if HESSIANS {
-            out.hessians.fill(Matrix::zeros());
+        match out.codimension {
+            1 => self.blend_of::<HESSIANS>(1, x, home, out),
+            m => self.blend_of::<HESSIANS>(m, x, home, out),
         }
+    }
+
+    /// [`blend`](Self::blend) of m equations; inlined, so that a known m unrolls its loops.
+    #[inline(always)]
+    fn blend_of<const HESSIANS: bool>(
+        &self,
+        m: usize,
+        x: &Vector<D>,
+        home: ChartIndex,
+        out: &mut Geometry<D>,
+    ) {
         let home_chart = &self.charts[home as usize];
-        let mut jet = ChartJet::new();
-        let mut total = Weight::zero();
-        let any = self.overlapping(x, home, |chart, side, offset, inside| {
-            chart.jet::<HESSIANS>(&self.monomials, x, &mut jet);
-            let weight = Weight::new(inside, &offset, chart.radius);
-            total.add(&weight);
-            for a in 0..m {
+        let mut sums = [Jet::<D, HESSIANS>::zero(); D];
+        let mut total = Jet::zero();
+        let mut found = [0; LOOKED_AT];
+        let lists = self.neighbours.of(home).chunks(LOOKED_AT);
+        let sides = self.sides[self.neighbours.range(home)].chunks(LOOKED_AT);
+        for (list, sides) in lists.zip(sides) {
+            let count = self.overlapping(x, list, &mut found);
+            for place in &found[..count] {
+                let chart = &self.charts[list[*place] as usize];
+                let offset = x - chart.origin;
+                let weight = Jet::weight(&offset, chart.radius);
+                total.add(&weight);
                 for b in 0..m {
-                    let alignment = if m == 1 {
-                        side
-                    } else {
-                        home_chart.frame.column(a).dot(&chart.frame.column(b))
-                    };
-                    let value = alignment * jet.value[b];
-                    out.values[a] += weight.value * value;
-                    out.gradients[a] +=
-                        jet.gradient[b] * (alignment * weight.value) + weight.gradient * value;
-                    if HESSIANS {
-                        let cross = jet.gradient[b] * weight.gradient.transpose() * alignment;
-                        out.hessians[a] += jet.hessian[b] * (alignment * weight.value)
-                            + cross
-                            + cross.transpose()
-                            + weight.hessian * value;
+                    let equation = chart.equation(&self.monomials, m, b, &offset);
+                    for a in 0..m {
+                        let alignment = if m == 1 {
+                            f64::from(sides[*place])
+                        } else {
+                            home_chart.frame.column(a).dot(&chart.frame.column(b))
+                        };
+                        sums[a].add_product(alignment, &weight, &equation);
                     }
                 }
             }
-        });
-        if !any {
-            home_chart.jet::<HESSIANS>(&self.monomials, x, &mut jet);
-            out.values.copy_from_slice(&jet.value[..m]);
-            out.gradients.copy_from_slice(&jet.gradient[..m]);
-            if HESSIANS {
-                out.hessians.copy_from_slice(&jet.hessian[..m]);
-            }
-            return;
         }
-        let inverse = 1.0 / total.value;
         for a in 0..m {
-            let value = out.values[a] * inverse;
-            let gradient = (out.gradients[a] - total.gradient * value) * inverse;
+            let jet = if total.value > 0.0 {
+                sums[a].quotient(&total)
+            } else {
+                home_chart.equation(&self.monomials, m, a, &(x - home_chart.origin))
+            };
+            out.values[a] = jet.value;
+            out.gradients[a] = jet.gradient;
             if HESSIANS {
-                let cross = gradient * total.gradient.transpose();
-                out.hessians[a] -= cross + cross.transpose() + total.hessian * value;
-                out.hessians[a] *= inverse;
+                let hessian = &mut out.hessians[a];
+                for j in 0..D {
+                    for i in j..D {
+                        hessian[(i, j)] = jet.hessian[(i, j)];
+                        hessian[(j, i)] = jet.hessian[(i, j)];
+                    }
+                }
             }
-            out.values[a] = value;
-            out.gradients[a] = gradient;
         }
-    }
-}
-
-/// A chart's weight phi = (1 - r^2/R^2)^4 and its derivatives.
-struct Weight<const D: usize> {
-    value: f64,
-    gradient: Vector<D>,
-    hessian: Matrix<D>,
-}
-
-impl<const D: usize> Weight<D> {
-    fn zero() -> Self {
-        Self {
-            value: 0.0,
-            gradient: Vector::zeros(),
-            hessian: Matrix::zeros(),
-        }
-    }
-
-    /// From `inside` = 1 - r^2/R^2 > 0 and the offset from the chart's origin.
-    fn new(inside: f64, offset: &Vector<D>, radius: f64) -> Self {
-        let slope = -2.0 / (radius * radius);
-        let squared = inside * inside;
-        let mut hessian = offset * offset.transpose() * (12.0 * squared * slope * slope);
-        for i in 0..D {
-            hessian[(i, i)] += 4.0 * squared * inside * slope;
-        }
-        Self {
-            value: squared * squared,
-            gradient: offset * (4.0 * squared * inside * slope),
-            hessian,
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.value += other.value;
-        self.gradient += other.gradient;
-        self.hessian += other.hessian;
     }
 }
 
@@ -323,10 +290,17 @@ impl<const D: usize> LevelSet<D> for Atlas<D> {
 
     fn locate(&self, x: &Vector<D>, place: &mut ChartIndex) -> bool {
         loop {
+            let home = &self.charts[*place as usize].origin;
             let mut nearest = *place;
-            let mut least = f64::INFINITY;
-            for index in self.neighbours.of(*place) {
-                let squared = (x - self.charts[*index as usize].origin).norm_squared();
+            let mut least = (x - home).norm_squared();
+            let within = 4.0 * least;
+            for index in &self.neighbours.of(*place)[1..] {
+                let origin = &self.charts[*index as usize].origin;
+                // They come nearest first, and those twice as far from home as x are farther from x.
+                if (origin - home).norm_squared() > within {
+                    break;
+                }
+                let squared = (x - origin).norm_squared();
                 if squared < least {
                     least = squared;
                     nearest = *index;
@@ -371,6 +345,9 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     }
 
     fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {
+        if self.rim.is_empty() {
+            return None;
+        }
         let mut deepest: Option<(f64, Vector<D>)> = None;
         for chart in self.neighbours.of(place) {
             for found in self.rim.of(*chart).iter().filter_map(|disc| disc.depth(x)) {

@@ -1,5 +1,6 @@
 //! Polynomials in k variables up to a total degree: monomials, values, gradients, Hessians.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// The monomials of k variables up to a degree, by ascending total degree.
@@ -57,7 +58,7 @@ impl Monomials {
 
     /// Value, gradient and upper triangle of the Hessian (row-major k x k, both halves) of a
     /// polynomial at `u`. What the caller leaves unread of the Hessian of two variables costs nothing.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(
         &self,
         coefficients: &[f64],
@@ -65,9 +66,19 @@ impl Monomials {
         gradient: &mut [f64],
         hessian: &mut [f64],
     ) -> f64 {
-        if self.variables == 2 {
+        if u.len() == 2 {
             return evaluate_two(coefficients, [u[0], u[1]], gradient, hessian);
         }
+        self.evaluate_any(coefficients, u, gradient, hessian)
+    }
+
+    fn evaluate_any(
+        &self,
+        coefficients: &[f64],
+        u: &[f64],
+        gradient: &mut [f64],
+        hessian: &mut [f64],
+    ) -> f64 {
         let k = self.variables;
         gradient.fill(0.0);
         hessian.fill(0.0);
@@ -134,48 +145,59 @@ fn factors(exponents: &[u8], variables: usize) -> Vec<(usize, usize)> {
     factors
 }
 
-/// The two-variable case, by powers: the atlas of a surface in space spends its time here.
-#[inline]
-fn evaluate_two(c: &[f64], [x, y]: [f64; 2], gradient: &mut [f64], hessian: &mut [f64]) -> f64 {
-    let mut value = c[0];
-    let (mut gx, mut gy, mut hxx, mut hxy, mut hyy) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    if c.len() >= 3 {
-        value += c[1] * x + c[2] * y;
-        gx += c[1];
-        gy += c[2];
+/// The two-variable case: the atlas of a surface in space spends its time here.
+#[inline(always)]
+fn evaluate_two(c: &[f64], u: [f64; 2], gradient: &mut [f64], hessian: &mut [f64]) -> f64 {
+    match c.len() {
+        15 => horner::<4>(c, u, gradient, hessian),
+        10 => horner::<3>(c, u, gradient, hessian),
+        6 => horner::<2>(c, u, gradient, hessian),
+        3 => horner::<1>(c, u, gradient, hessian),
+        _ => horner::<0>(c, u, gradient, hessian),
     }
-    let (xx, xy, yy) = (x * x, x * y, y * y);
-    if c.len() >= 6 {
-        value += c[3] * xx + c[4] * xy + c[5] * yy;
-        gx += 2.0 * c[3] * x + c[4] * y;
-        gy += c[4] * x + 2.0 * c[5] * y;
-        hxx += 2.0 * c[3];
-        hxy += c[4];
-        hyy += 2.0 * c[5];
+}
+
+/// Horner's scheme in y over polynomials in x, each by Horner's scheme with its derivatives.
+#[inline(always)]
+fn horner<const DEGREE: usize>(
+    c: &[f64],
+    [x, y]: [f64; 2],
+    gradient: &mut [f64],
+    hessian: &mut [f64],
+) -> f64 {
+    // Second derivatives by the same variable are halved until the end.
+    let (mut h, mut hx, mut hy) = (0.0, 0.0, 0.0);
+    let (mut hxx, mut hxy, mut hyy) = (0.0, 0.0, 0.0);
+    for b in (0..=DEGREE).rev() {
+        let (mut p, mut px, mut pxx) = (0.0, 0.0, 0.0);
+        let degree = DEGREE - b;
+        for a in (0..=degree).rev() {
+            let done = degree - a;
+            pxx = raised(pxx, x, px, done, 2);
+            px = raised(px, x, p, done, 1);
+            p = raised(p, x, c[(a + b) * (a + b + 1) / 2 + b], done, 0);
+        }
+        hyy = raised(hyy, y, hy, degree, 2);
+        hy = raised(hy, y, h, degree, 1);
+        h = raised(h, y, p, degree, 0);
+        hxy = raised(hxy, y, hx, degree, 2);
+        hx = raised(hx, y, px, degree, 1);
+        hxx = raised(hxx, y, pxx, degree, 2);
     }
-    if c.len() >= 10 {
-        value += (c[6] * x + c[7] * y) * xx + (c[8] * x + c[9] * y) * yy;
-        gx += 3.0 * c[6] * xx + 2.0 * c[7] * xy + c[8] * yy;
-        gy += c[7] * xx + 2.0 * c[8] * xy + 3.0 * c[9] * yy;
-        hxx += 6.0 * c[6] * x + 2.0 * c[7] * y;
-        hxy += 2.0 * c[7] * x + 2.0 * c[8] * y;
-        hyy += 2.0 * c[8] * x + 6.0 * c[9] * y;
+    gradient.copy_from_slice(&[hx, hy]);
+    hessian.copy_from_slice(&[2.0 * hxx, hxy, hxy, 2.0 * hyy]);
+    h
+}
+
+/// A step of Horner's scheme, sum x + next, after `done` others; the sum is 0 before it has a term,
+/// which after `first` steps it gets.
+#[inline(always)]
+fn raised(sum: f64, x: f64, next: f64, done: usize, first: usize) -> f64 {
+    match done.cmp(&first) {
+        Ordering::Less => 0.0,
+        Ordering::Equal => next,
+        Ordering::Greater => sum * x + next,
     }
-    if c.len() >= 15 {
-        value += (c[10] * xx + c[11] * xy + c[12] * yy) * xx + (c[13] * xy + c[14] * yy) * yy;
-        gx += (4.0 * c[10] * x + 3.0 * c[11] * y) * xx + (2.0 * c[12] * x + c[13] * y) * yy;
-        gy += (c[11] * x + 2.0 * c[12] * y) * xx + (3.0 * c[13] * x + 4.0 * c[14] * y) * yy;
-        hxx += 12.0 * c[10] * xx + 6.0 * c[11] * xy + 2.0 * c[12] * yy;
-        hxy += 3.0 * c[11] * xx + 4.0 * c[12] * xy + 3.0 * c[13] * yy;
-        hyy += 2.0 * c[12] * xx + 6.0 * c[13] * xy + 12.0 * c[14] * yy;
-    }
-    gradient[0] = gx;
-    gradient[1] = gy;
-    hessian[0] = hxx;
-    hessian[1] = hxy;
-    hessian[2] = hxy;
-    hessian[3] = hyy;
-    value
 }
 
 #[cfg(test)]

@@ -128,6 +128,11 @@ impl<const D: usize> Rim<D> {
         Self::of_lists(&groups.iter().map(group).collect::<Vec<_>>())
     }
 
+    /// Whether the surface goes on everywhere.
+    pub fn is_empty(&self) -> bool {
+        self.discs.is_empty()
+    }
+
     /// The discs at a chart's points.
     pub fn of(&self, chart: u32) -> &[Disc<D>] {
         let i = chart as usize;
