@@ -296,12 +296,6 @@ fn finish<const D: usize, S: Surface<D>>(
     let last = taut.curve.nodes.len() - 1;
     solver.weigh_pulls(&taut.curve);
     for (i, node) in taut.curve.nodes.iter().enumerate() {
-        let mut place = node.place;
-        let off = match surface.foot(&node.point, &mut place, &mut solver.scratch) {
-            Some(foot) => (foot - node.point).norm(),
-            None => f64::INFINITY,
-        };
-        path.max_off_surface = path.max_off_surface.max(off);
         let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
             if (1..last).contains(&i) {
                 let curvature = solver.geodesic_curvature(i);
@@ -322,9 +316,15 @@ fn finish<const D: usize, S: Surface<D>>(
                     along_rim.push((stretch, radius));
                 }
             }
-            solver.scratch.normal(0)
+            let normal = solver.scratch.normal(0);
+            // Last, as it takes the frame's memory.
+            let off = solver.scratch.step_off();
+            let off = off.map_or(f64::INFINITY, |step| step.norm());
+            path.max_off_surface = path.max_off_surface.max(off);
+            normal
         } else {
-            crate::Vector::zeros()
+            path.max_off_surface = f64::INFINITY;
+            Vector::zeros()
         };
         path.points.push(node.point);
         path.normals.push(normal);

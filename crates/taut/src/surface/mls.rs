@@ -405,13 +405,19 @@ impl<const D: usize> Surface<D> for MovingLeastSquares<D> {
     fn geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
         let m = out.codimension;
         let mut offsets = Vec::new();
-        out.values.fill(0.0);
         if self
             .gradients(x, place, &mut offsets, &mut out.gradients)
             .is_none()
             || !out.factor()
         {
             return false;
+        }
+        let Some(plane) = self.plane(&offsets) else {
+            return false;
+        };
+        let shift = self.shift(&offsets, &plane);
+        for (value, gradient) in out.values.iter_mut().zip(&out.gradients) {
+            *value = -gradient.dot(&shift);
         }
         // No closed-form second derivative: central differences of the gradients along the tangents.
         let step = DIFFERENCE * self.h;
