@@ -12,7 +12,7 @@ use crate::clouds;
 use crate::equations;
 use crate::exit::{Exit, Failure};
 use crate::models;
-use crate::output::{line, significant};
+use crate::output::{line, significant, tell};
 use crate::progress::Progress;
 use crate::settings::{CheckSettings, Model, Source};
 use crate::surface::{corners, with_size};
@@ -92,13 +92,7 @@ pub fn run(settings: &CheckSettings, progress: &Progress) -> Result<Exit, Failur
         Source::Equations(equations) => equations::facts(equations, progress)?,
     };
     progress.clear();
-    let mut out = std::io::stdout().lock();
-    if settings.json {
-        let text = serde_json::to_string(&facts).map_err(std::io::Error::from)?;
-        writeln!(out, "{text}")?;
-    } else {
-        write(&mut out, &facts)?;
-    }
+    tell(&facts, settings.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 

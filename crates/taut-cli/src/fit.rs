@@ -10,7 +10,7 @@ use taut_io::PointSet;
 use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::models;
-use crate::output::{line, significant};
+use crate::output::{line, significant, tell};
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::FitCommandSettings;
@@ -40,13 +40,7 @@ pub fn run(settings: &FitCommandSettings, progress: &Progress) -> Result<Exit, F
     let points = clouds::read(&settings.cloud, progress)?;
     let facts = with_size!(points.dimension, fitted(settings, &points, progress))?;
     progress.clear();
-    let mut out = std::io::stdout().lock();
-    if settings.json {
-        let text = serde_json::to_string(&facts).map_err(std::io::Error::from)?;
-        writeln!(out, "{text}")?;
-    } else {
-        write(&mut out, &facts)?;
-    }
+    tell(&facts, settings.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 

@@ -1,12 +1,13 @@
 //! Results as text and as JSON on standard output.
 
-use std::io::{self, Write};
+use std::io::{self, StdoutLock, Write};
 
 use serde::Serialize;
 
 use taut::result::Status;
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome};
+use crate::exit::Failure;
 use crate::settings::End;
 
 /// How results are written.
@@ -136,6 +137,22 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
         "off the surface by",
         &exponential(path.max_off_surface),
     )
+}
+
+/// Tells facts on standard output: as one JSON object, or in lines as `write` puts them.
+pub fn tell<F: Serialize>(
+    facts: &F,
+    json: bool,
+    write: impl FnOnce(&mut StdoutLock<'_>, &F) -> io::Result<()>,
+) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    if json {
+        let text = serde_json::to_string(facts).map_err(io::Error::from)?;
+        writeln!(out, "{text}")?;
+    } else {
+        write(&mut out, facts)?;
+    }
+    Ok(())
 }
 
 /// A line of an aligned list.

@@ -16,7 +16,7 @@ use crate::clouds;
 use crate::equations::{self, SEARCHED};
 use crate::exit::{Exit, Failure};
 use crate::models::{self, FileModel};
-use crate::output::{line, significant};
+use crate::output::{line, significant, tell};
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{End, EquationSettings, Law, Model, SampleSettings, Source, Sources};
@@ -82,7 +82,7 @@ pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failu
         spread: sampled.quality.spread,
         density_follows_curvature: sampled.quality.density_follows_curvature,
     };
-    tell(&facts, settings.json)?;
+    tell(&facts, settings.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 
@@ -340,22 +340,16 @@ fn write_files(
     Ok(())
 }
 
-fn tell(facts: &Facts, json: bool) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    if json {
-        let text = serde_json::to_string(facts).map_err(std::io::Error::from)?;
-        writeln!(out, "{text}")?;
-        return Ok(());
-    }
-    line(&mut out, "surface", &facts.surface)?;
-    line(&mut out, "points", &facts.points.to_string())?;
-    line(&mut out, "nearest neighbour", &significant(facts.nearest))?;
+fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
+    line(out, "surface", &facts.surface)?;
+    line(out, "points", &facts.points.to_string())?;
+    line(out, "nearest neighbour", &significant(facts.nearest))?;
     let spread = format!(
         "{} (0 on a lattice, 0.52 at random)",
         significant(facts.spread)
     );
-    line(&mut out, "spread", &spread)?;
+    line(out, "spread", &spread)?;
     let follows = format!("{:.2} (rank correlation)", facts.density_follows_curvature);
-    line(&mut out, "density and curvature", &follows)?;
+    line(out, "density and curvature", &follows)?;
     Ok(())
 }
