@@ -13,7 +13,7 @@ pub(super) struct Drifted<'a, const D: usize, S: Surface<D>> {
     pub joined: Sources,
     pub meetings: Vec<Meeting>,
     pub steps: usize,
-    /// Whether it ended because there was no room left.
+    /// Whether it ended because there was hardly any room left.
     covered: bool,
 }
 
@@ -29,6 +29,9 @@ const BIRTH: f64 = 0.3;
 const RECENT: usize = 20;
 /// ... or, with all sources joined, for no more than this share of the particles.
 const FULL: f64 = 0.02;
+/// Where the number of particles ends the loop, all sources are joined, and no more than this share of the
+/// particles has room, the surface is covered well enough.
+const ROOMY: f64 = 0.1;
 /// How much larger epsilon is made where the particles do not cover the surface, and how often.
 const WIDENING: f64 = 1.25;
 const MOST_BEGINNINGS: usize = 6;
@@ -77,8 +80,10 @@ fn drift_once<const D: usize, S: Surface<D>>(
         steps += 1;
     }
     swarm.refresh();
+    let roomy = recent.iter().fold(0_usize, |sum, r| sum.saturating_add(*r)) as f64 / RECENT as f64;
+    let nearly = joined.classes() == 1 && roomy <= ROOMY * swarm.particles.len() as f64;
     Drifted {
-        covered: settled(&swarm, &joined, &recent),
+        covered: nearly || settled(&swarm, &joined, &recent),
         swarm,
         joined,
         meetings,
