@@ -133,6 +133,16 @@ impl<const D: usize> Atlas<D> {
         self.pulled(&x, self.owners[nearest as usize])
     }
 
+    /// The chart of a point of the cloud.
+    pub(crate) fn owner(&self, point: usize) -> ChartIndex {
+        self.owners[point]
+    }
+
+    /// The points lie off the surface by more than it errs.
+    pub(crate) fn is_noisy(&self) -> bool {
+        self.detail > 0.0
+    }
+
     /// The foot of `x` seen from a chart or, where the iteration does not arrive from there, from the
     /// nearest of its neighbours from which it does.
     fn pulled(&self, x: &Vector<D>, place: ChartIndex) -> Result<Node<D, ChartIndex>, Error> {
@@ -330,6 +340,15 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     fn geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
         self.blend::<true>(x, place, out);
         out.factor()
+    }
+
+    fn find_place(
+        &self,
+        x: &Vector<D>,
+        place: &mut ChartIndex,
+        _scratch: &mut Geometry<D>,
+    ) -> bool {
+        self.locate(x, place)
     }
 
     fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {

@@ -1,0 +1,98 @@
+//! The distance at points: from the jets of the nearest node, the least branch.
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
+use crate::field::jet::{direction_at, norm};
+use crate::field::{Field, Fields};
+use crate::guess::Guide;
+use crate::surface::atlas::Atlas;
+
+/// A distance with its direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value<const D: usize> {
+    /// From the nearest source, its start value added; infinite where unreached.
+    pub distance: f64,
+    /// Estimated absolute error.
+    pub error: f64,
+    /// The nearest source; `u32::MAX` where unreached.
+    pub source: u32,
+    /// The gradient: the unit tangent of the geodesic where it arrives. Zero where unreached and at a source.
+    pub direction: Vector<D>,
+}
+
+impl<const D: usize> Value<D> {
+    fn unreached() -> Self {
+        Self {
+            distance: f64::INFINITY,
+            error: 0.0,
+            source: u32::MAX,
+            direction: Vector::zeros(),
+        }
+    }
+}
+
+impl<const D: usize> Field<D> {
+    /// The value at a point whose nearest node, with its frame, is given.
+    fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Value<D> {
+        let mut value = Value::unreached();
+        let v = frame.log(x, share);
+        for branch in self.branches(node) {
+            if branch.at_source {
+                let source = &self.sources[branch.source as usize];
+                let v = source.log(x, share);
+                let distance = self.source_starts[branch.source as usize] + norm(v);
+                if distance < value.distance {
+                    let direction = source.vector(v) + source.bend(v, v);
+                    value = Value {
+                        distance,
+                        error: branch.error,
+                        source: branch.source,
+                        direction: direction.try_normalize(0.0).unwrap_or_else(Vector::zeros),
+                    };
+                }
+                continue;
+            }
+            let Some(distance) = branch.jet.distance_at(v, frame.gauss) else {
+                continue;
+            };
+            if distance < value.distance {
+                value = Value {
+                    distance,
+                    error: branch.error,
+                    source: branch.source,
+                    direction: direction_at(frame, &branch.jet, v),
+                };
+            }
+        }
+        if value.distance > self.max_distance {
+            return Value::unreached();
+        }
+        value
+    }
+}
+
+impl<const D: usize> Fields<'_, D, Atlas<D>> {
+    /// The field at the points of the cloud, in the order of [`Cloud::points`](crate::cloud::Cloud::points).
+    ///
+    /// O(n), in parallel.
+    #[must_use]
+    pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
+        let atlas = self.geodesics.surface();
+        let share = if atlas.is_noisy() { OFF_SURFACE } else { ON_SURFACE };
+        let points = &atlas.cloud().points;
+        points
+            .par_iter()
+            .enumerate()
+            .map(|(i, x)| self.at_node(field, atlas.owner(i), x, share))
+            .collect()
+    }
+}
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+        let frame = self.frames[node as usize].as_ref();
+        frame.map_or_else(Value::unreached, |frame| field.at(node, frame, x, share))
+    }
+}

@@ -1,0 +1,249 @@
+//! All the rays that leave a source, as far apart as the nodes of the graph.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::field::frame::Frame;
+use crate::field::jet::Jet;
+use crate::field::ray::{self, Knot, Limits};
+use crate::guess::graph::Graph;
+use crate::surface::{Node, Surface};
+
+/// Rays that leave every source.
+const FIRST_RAYS: usize = 32;
+/// Rays lie at most this many spacings of the graph's nodes apart, and their jets along them.
+const APART: f64 = 1.5;
+const ALONG: f64 = 1.0;
+/// Neighbouring rays whose directions agree to this are not parted further.
+const NARROWEST: f64 = 1e-9;
+/// Most jets for each node that a source may reach.
+const MOST_JETS: usize = 16;
+
+/// A jet on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample<const D: usize> {
+    pub frame: Frame<D>,
+    pub jet: Jet,
+    /// The nearest node of the graph.
+    pub near: u32,
+    /// See [`Knot::variance`].
+    pub variance: f64,
+}
+
+/// A ray, with the length from which on it was needed.
+struct Ray<const D: usize, P> {
+    angle: f64,
+    needed_from: f64,
+    knots: Vec<Knot<D, P>>,
+}
+
+impl<const D: usize, P: Copy> Ray<D, P> {
+    /// Where it ends: at the last knot or where J becomes 0.
+    fn end(&self) -> f64 {
+        match &self.knots[..] {
+            [.., a, b] if b.jacobi[0] <= 0.0 => {
+                a.length + (b.length - a.length) * a.jacobi[0] / (a.jacobi[0] - b.jacobi[0])
+            }
+            [.., last] => last.length,
+            [] => 0.0,
+        }
+    }
+
+    fn at(&self, length: f64) -> Option<(Frame<D>, [f64; 2])> {
+        let after = self.knots.partition_point(|knot| knot.length < length);
+        let after = after.clamp(1, self.knots.len().checked_sub(1)?.max(1));
+        ray::between([&self.knots[after - 1], self.knots.get(after)?], length)
+    }
+
+    /// Curvature of the front, J' / J; `None` beyond the end.
+    fn front(&self, length: f64) -> Option<f64> {
+        let inside = length > 0.0 && length <= self.end();
+        let (_, [j, slope]) = self.at(length).filter(|_| inside)?;
+        (j > 0.0).then(|| slope / j)
+    }
+
+    /// The first length at which a ray at an angle beside it is too far off.
+    fn parted(&self, angle: f64, spacing: &[f64]) -> Option<f64> {
+        let far = |knot: &Knot<D, P>| {
+            knot.jacobi[0] * angle > APART * spacing[knot.near as usize]
+        };
+        let found = self.knots.iter().position(far)?;
+        Some(self.knots[found.saturating_sub(1)].length)
+    }
+}
+
+/// The jets along all rays of a source, which lies at a node with its frame, near a node of the graph.
+///
+/// Rays are shot between neighbours that part, generation by generation and in parallel.
+pub(crate) fn fan<const D: usize, S: Surface<D>>(
+    surface: &S,
+    graph: &Graph<D, S::Place>,
+    spacing: &[f64],
+    source: (&Node<D, S::Place>, &Frame<D>, u32),
+    start: f64,
+    reachable: usize,
+    limits: &impl Limits<D>,
+) -> Vec<Sample<D>> {
+    let shoot = |angle: f64, needed_from: f64| Ray {
+        angle,
+        needed_from,
+        knots: ray::shoot(surface, graph, source, angle, limits),
+    };
+    let mut rays: Vec<Ray<D, S::Place>> = (0..FIRST_RAYS)
+        .into_par_iter()
+        .map(|i| shoot(TAU * i as f64 / FIRST_RAYS as f64, 0.0))
+        .collect();
+    let mut young = vec![true; rays.len()];
+    let mut jets = 0;
+    while jets <= MOST_JETS * reachable {
+        let count = rays.len();
+        let between: Vec<(usize, f64, f64)> = (0..count)
+            .filter(|i| young[*i] || young[(i + 1) % count])
+            .filter_map(|i| {
+                let (left, right) = (&rays[i], &rays[(i + 1) % count]);
+                let angle = (right.angle - left.angle).rem_euclid(TAU);
+                let from = [left, right].map(|ray| ray.parted(angle, spacing));
+                let from = from.into_iter().flatten().reduce(f64::min)?;
+                (angle > NARROWEST).then_some((i, left.angle + 0.5 * angle, from))
+            })
+            .collect();
+        if between.is_empty() {
+            break;
+        }
+        let shot: Vec<Ray<D, S::Place>> = between
+            .par_iter()
+            .map(|(_, angle, from)| shoot(*angle, *from))
+            .collect();
+        jets += shot.iter().map(|ray| ray.knots.len()).sum::<usize>();
+        (rays, young) = merged(rays, between.iter().map(|b| b.0).zip(shot));
+    }
+    let count = rays.len();
+    (0..count)
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            let beside = [&rays[(i + count - 1) % count], &rays[(i + 1) % count]];
+            samples(&rays[i], beside, graph, spacing, start)
+        })
+        .collect()
+}
+
+/// The rays with new ones, each after the one of an index, and which are new.
+fn merged<R>(old: Vec<R>, new: impl Iterator<Item = (usize, R)>) -> (Vec<R>, Vec<bool>) {
+    let mut new = new.peekable();
+    let (mut rays, mut young) = (Vec::new(), Vec::new());
+    for (i, ray) in old.into_iter().enumerate() {
+        rays.push(ray);
+        young.push(false);
+        if let Some((_, ray)) = new.next_if(|next| next.0 == i) {
+            rays.push(ray);
+            young.push(true);
+        }
+    }
+    (rays, young)
+}
+
+/// The jets along a ray from where on it is needed, seen beside its neighbours.
+fn samples<const D: usize, P: Copy>(
+    ray: &Ray<D, P>,
+    beside: [&Ray<D, P>; 2],
+    graph: &Graph<D, P>,
+    spacing: &[f64],
+    start: f64,
+) -> Vec<Sample<D>> {
+    let mut samples = Vec::new();
+    let end = ray.end();
+    let Some(first) = ray.knots.first() else {
+        return samples;
+    };
+    let mut near = first.near;
+    let mut step = 0.5 * ALONG * spacing[near as usize];
+    let mut length = ray.needed_from.max(step);
+    let angles = beside.map(|other| {
+        let turn = (other.angle - ray.angle).rem_euclid(TAU);
+        if turn > 0.5 * TAU { turn - TAU } else { turn }
+    });
+    let mut knot = 0;
+    while length < end {
+        while knot + 1 < ray.knots.len() && ray.knots[knot + 1].length <= length {
+            knot += 1;
+            near = ray.knots[knot].near;
+        }
+        let Some((frame, [j, slope])) = ray.at(length) else {
+            break;
+        };
+        if j <= 0.0 {
+            break;
+        }
+        near = ray::nearest(graph, &frame.point, near);
+        let curvature = slope / j;
+        let fronts = [0, 1].map(|k| {
+            let front = beside[k].front(length)?;
+            Some((angles[k] * j, front - curvature))
+        });
+        samples.push(Sample {
+            frame,
+            jet: Jet {
+                distance: start + length,
+                gradient: [1.0, 0.0],
+                curvature,
+                change: change(fronts),
+            },
+            near,
+            variance: ray.knots[knot].variance,
+        });
+        step = ALONG * spacing[near as usize];
+        length += step;
+    }
+    samples
+}
+
+/// The derivative at 0 of a function that is 0 there, from its values on two sides: of the parabola through
+/// both, the slope of the line to one, or 0 where nothing is known.
+fn change(sides: [Option<(f64, f64)>; 2]) -> f64 {
+    match sides {
+        [Some((a, fa)), Some((b, fb))] => (fa * b / a - fb * a / b) / (b - a),
+        [Some((a, fa)), None] | [None, Some((a, fa))] => fa / a,
+        [None, None] => 0.0,
+    }
+}
+
+/// Where the rays of a field end: past the distances along the graph, which are never too short, or past the
+/// distance asked for.
+pub(crate) struct Reach<'a, const D: usize, P> {
+    pub graph: &'a Graph<D, P>,
+    /// Of the graph's nodes.
+    pub spacing: &'a [f64],
+    /// Upper bounds of the distance of the graph's nodes, less the source's own start.
+    pub bound: &'a (dyn Fn(u32) -> f64 + Sync),
+    pub longest: f64,
+    pub detail: f64,
+    pub tolerance: f64,
+}
+
+/// Steps of rays are at most this many spacings of the graph's nodes long.
+const LONGEST_STEP: f64 = 8.0;
+/// Rays go on past a bound by this many spacings.
+const PAST: f64 = 2.0;
+
+impl<const D: usize, P: Copy + Sync> Limits<D> for Reach<'_, D, P> {
+    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
+        let slack = PAST * self.spacing[near as usize];
+        let off = (point - self.graph.nodes[near as usize].point).norm();
+        length > self.longest + slack || length > (self.bound)(near) + off + slack
+    }
+
+    fn longest_step(&self, near: u32) -> f64 {
+        let step = LONGEST_STEP * self.spacing[near as usize];
+        if self.detail > 0.0 {
+            step.min(self.detail)
+        } else {
+            step
+        }
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+}

@@ -1,0 +1,148 @@
+//! Jets of a distance: value, gradient, curvature of the front and its change, carried over a step.
+//!
+//! A step is made in the surface of constant curvature K, the mean of both ends: with sn, cs and md its
+//! sine, cosine and (1 - cs) / K, the distance grows by delta where
+//! sn(delta) + kappa md(delta) = sn(s) cos(theta) + kappa md(s), s the length of the step and theta its
+//! angle to the gradient; kappa' = -kappa^2 - K (Riccati) along rays.
+
+use crate::Vector;
+use crate::field::frame::{Frame, ON_SURFACE};
+
+/// A distance near a point with a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jet {
+    pub distance: f64,
+    /// Unit gradient in the frame's tangent coordinates.
+    pub gradient: [f64; 2],
+    /// Geodesic curvature of the front, positive where rays spread.
+    pub curvature: f64,
+    /// Its derivative along the front, to the left of the gradient in the frame.
+    pub change: f64,
+}
+
+/// Curvature of the surface times the square of the longest step that the series serve.
+const LONGEST: f64 = 1.0;
+/// Rays drawing together must not come nearer than this share of their distance in one step.
+const FOCUS: f64 = 0.3;
+
+/// A step of the distance.
+struct Growth {
+    /// By how much the distance grows.
+    delta: f64,
+    /// By how much the front spreads on the way.
+    spread: f64,
+    /// Sine and cosine of delta.
+    sn: f64,
+    cs: f64,
+}
+
+impl Jet {
+    /// A source at the frame's own point sees `to` at a distance; the jet there, in the frame of `to`.
+    pub fn of_point<const D: usize>(from: &Frame<D>, start: f64, to: &Frame<D>) -> Option<Self> {
+        let length = norm(from.log(&to.point, ON_SURFACE));
+        let back = to.log(&from.point, ON_SURFACE);
+        let inverse = norm(back).recip();
+        inverse.is_finite().then(|| {
+            let bent = length * length * 0.5 * (from.gauss + to.gauss);
+            Self {
+                distance: start + length,
+                gradient: [-back[0] * inverse, -back[1] * inverse],
+                curvature: (1.0 - bent / 3.0) / length,
+                change: 0.0,
+            }
+        })
+    }
+
+    /// The distance at tangent coordinates `v`; `None` beyond where rays meet.
+    pub fn distance_at(&self, v: [f64; 2], gauss: f64) -> Option<f64> {
+        let [x, y] = self.split(v);
+        let growth = self.grow(x, y, gauss)?;
+        let front = y / growth.spread;
+        Some(self.distance + growth.delta + self.change * front * front * front / 6.0)
+    }
+
+    /// The jet carried from its frame to another one.
+    pub fn carried<const D: usize>(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
+        let v = from.log(&to.point, ON_SURFACE);
+        let back = to.log(&from.point, ON_SURFACE);
+        let [x, y] = self.split(v);
+        let gauss = 0.5 * (from.gauss + to.gauss);
+        let growth = self.grow(x, y, gauss)?;
+        let front = y / growth.spread;
+        let hand = from.handedness(to);
+        let arrival = norm(back);
+        let length = norm(v);
+        let gradient = if arrival > 0.0 && length > 0.0 {
+            let t = [-back[0] / arrival, -back[1] / arrival];
+            let turn = gauss * length * length;
+            let cosine = ((1.0 - 0.5 * turn) * x / length
+                + self.curvature * length * (1.0 - turn / 6.0))
+                / growth.spread;
+            let sine = -y / (length * growth.spread);
+            let slope = 0.5 * self.change * front * front / growth.spread;
+            let (cosine, sine) = (cosine - sine * slope, hand * (sine + cosine * slope));
+            let scale = cosine.hypot(sine).recip();
+            let (cosine, sine) = (cosine * scale, sine * scale);
+            [
+                cosine * t[0] - sine * t[1],
+                cosine * t[1] + sine * t[0],
+            ]
+        } else {
+            let g = to.coordinates(&from.vector(self.gradient));
+            [g[0] / norm(g), g[1] / norm(g)]
+        };
+        let curvature = self.curvature + self.change * front;
+        let Growth { delta, spread, sn, cs } = growth;
+        Some(Self {
+            distance: self.distance + delta + self.change * front * front * front / 6.0,
+            gradient,
+            curvature: (curvature * cs - gauss * sn) / (cs + curvature * sn),
+            change: hand * self.change / (spread * spread * spread),
+        })
+    }
+
+    /// Along the gradient and to the left of it.
+    fn split(&self, v: [f64; 2]) -> [f64; 2] {
+        let g = self.gradient;
+        [g[0] * v[0] + g[1] * v[1], g[0] * v[1] - g[1] * v[0]]
+    }
+
+    fn grow(&self, x: f64, y: f64, gauss: f64) -> Option<Growth> {
+        let kappa = self.curvature;
+        let squared = x * x + y * y;
+        let bent = gauss * squared;
+        if bent.abs() > LONGEST {
+            return None;
+        }
+        // The right-hand side, sn and md by their series.
+        let sine = 1.0 - bent / 6.0 * (1.0 - bent / 20.0 * (1.0 - bent / 42.0));
+        let versine = 0.5 - bent / 24.0 * (1.0 - bent / 30.0 * (1.0 - bent / 56.0));
+        let reached = x * sine + kappa * squared * versine;
+        let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
+        // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
+        let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
+        if !(discriminant > least) {
+            return None;
+        }
+        let spread = discriminant.sqrt();
+        let t = reached / (1.0 + spread);
+        let z = gauss * t * t;
+        let inverse = (1.0 + z).recip();
+        Some(Growth {
+            delta: 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0)))),
+            spread,
+            sn: 2.0 * t * inverse,
+            cs: (1.0 - z) * inverse,
+        })
+    }
+}
+
+/// Length of tangent coordinates.
+pub(crate) fn norm([a, b]: [f64; 2]) -> f64 {
+    (a * a + b * b).sqrt()
+}
+
+/// The gradient as a vector at the point that `v` leads to: carried along and bent with the surface.
+pub(crate) fn direction_at<const D: usize>(frame: &Frame<D>, jet: &Jet, v: [f64; 2]) -> Vector<D> {
+    frame.vector(jet.gradient) + frame.bend(v, jet.gradient)
+}

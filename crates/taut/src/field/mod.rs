@@ -1,0 +1,272 @@
+//! Fields of geodesic distances: from one or several sources to everywhere on a two-dimensional surface.
+
+mod branches;
+mod evaluate;
+mod fan;
+mod frame;
+mod jet;
+mod march;
+mod ray;
+
+pub use evaluate::Value;
+
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::geodesics::Geodesics;
+use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
+use crate::surface::atlas::Lists;
+use crate::surface::{Geometry, Node};
+use branches::Branch;
+use fan::{Reach, Sample};
+use frame::Frame;
+
+/// A point that distances are measured from.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<const D: usize, P> {
+    /// Where it lies.
+    pub node: Node<D, P>,
+    /// The distance there, in the input's units.
+    pub start: f64,
+}
+
+/// How accurate a field is to be and how far it goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Relative error of the rays that carry the distances. What lies between rays is interpolated.
+    pub tolerance: f64,
+    /// Distances beyond this, in the input's units, are not looked for.
+    pub max_distance: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_distance: f64::INFINITY,
+        }
+    }
+}
+
+/// A surface made ready for fields from many sources.
+pub struct Fields<'a, const D: usize, S: Guide<D>> {
+    geodesics: &'a Geodesics<D, S>,
+    /// Of the graph's nodes; `None` where the surface has no foot or no tangent plane.
+    frames: Vec<Option<Frame<D>>>,
+    /// Distance from each node of the graph to its nearest ones.
+    spacing: Vec<f64>,
+}
+
+/// The distance from one or several sources, all over a surface.
+#[derive(Clone, Debug)]
+pub struct Field<const D: usize> {
+    /// At each node of the graph, least distance first.
+    starts: Vec<u32>,
+    branches: Vec<Branch>,
+    sources: Vec<Frame<D>>,
+    source_starts: Vec<f64>,
+    max_distance: f64,
+    tolerance: f64,
+}
+
+/// Neighbours of a node whose mean distance is its spacing.
+const NEAREST: usize = 4;
+/// Jets near neighbours so many spacings away are looked at.
+const BESIDE: f64 = 2.6;
+
+impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
+    /// Finds the tangent planes and curvatures at the nodes of the surface's graph, which every field uses.
+    ///
+    /// # Errors
+    /// [`Error::NotTwoDimensional`] where the surface has another dimension than 2.
+    ///
+    /// O(n) in the nodes of the graph, in parallel.
+    pub fn new(geodesics: &'a Geodesics<D, S>) -> Result<Self, Error> {
+        let surface = geodesics.surface();
+        let dimension = surface.intrinsic_dimension();
+        if dimension != 2 {
+            return Err(Error::NotTwoDimensional { dimension });
+        }
+        let graph = geodesics.graph();
+        let frames = graph
+            .nodes
+            .par_iter()
+            .map_init(|| Geometry::new(D - 2), |geometry, node| frame(surface, node, geometry))
+            .collect();
+        let spacing = (0..graph.nodes.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let lengths = graph.edges(node).iter().map(|edge| f64::from(edge.length));
+                let mut lengths: Vec<f64> = lengths.collect();
+                lengths.sort_by(f64::total_cmp);
+                lengths.truncate(NEAREST);
+                lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
+            })
+            .collect();
+        Ok(Self {
+            geodesics,
+            frames,
+            spacing,
+        })
+    }
+
+    /// The distance from the nearest of the sources, each with its start value added.
+    ///
+    /// Unreached parts of the surface, and those beyond the largest distance, are infinitely far.
+    ///
+    /// # Errors
+    /// [`Error::NoSources`] without any, [`Error::NoFoot`] where a source has no tangent plane.
+    pub fn from(&self, sources: &[Source<D, S::Place>], settings: &Settings) -> Result<Field<D>, Error> {
+        if sources.is_empty() {
+            return Err(Error::NoSources);
+        }
+        let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
+        let mut geometry = Geometry::new(D - 2);
+        let source_frames: Vec<Frame<D>> = sources
+            .iter()
+            .map(|source| {
+                frame(surface, &source.node, &mut geometry).ok_or_else(|| Error::NoFoot {
+                    point: format!("{:?}", source.node.point.as_slice()),
+                    reason: "a source has no tangent plane there",
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let entrances: Vec<Vec<(u32, f32)>> =
+            sources.iter().map(|source| self.geodesics.entrances(&source.node)).collect();
+        let bound = self.bounds(sources, &entrances, settings.max_distance);
+        let reachable = bound.reached().len();
+        let near: Vec<Option<u32>> = entrances
+            .iter()
+            .map(|list| {
+                let nearest = list.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+                Some(nearest.0)
+            })
+            .collect();
+        let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
+        for (i, source) in sources.iter().enumerate() {
+            let Some(near) = near[i] else { continue };
+            let upper = |node: u32| f64::from(bound.distance(node)) - source.start;
+            let reach = Reach {
+                graph,
+                spacing: &self.spacing,
+                bound: &upper,
+                longest: settings.max_distance - source.start,
+                detail: surface.detail(),
+                tolerance: settings.tolerance,
+            };
+            let at = (&source.node, &source_frames[i], near);
+            let fan = fan::fan(surface, graph, &self.spacing, at, source.start, reachable, &reach);
+            samples.extend(fan.into_iter().map(|sample| (sample, i as u32)));
+        }
+        let source_starts: Vec<f64> = sources.iter().map(|source| source.start).collect();
+        let near_node = near.iter().map(|near| near.unwrap_or(u32::MAX));
+        let sources_by_node = by_node(near_node, graph.nodes.len());
+        let by_node = by_node(samples.iter().map(|sample| sample.0.near), graph.nodes.len());
+        let mut lists: Vec<Vec<Branch>> = (0..graph.nodes.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let reached = bound.distance(node).is_finite();
+                let Some(frame) = self.frames[node as usize].filter(|_| reached) else {
+                    return Vec::new();
+                };
+                let spacing = self.spacing[node as usize];
+                let edges = graph.edges(node).iter();
+                let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
+                let around: Vec<u32> =
+                    std::iter::once(node).chain(close.map(|edge| edge.to)).collect();
+                let samples = around.iter().flat_map(|n| by_node.of(*n)).map(|i| {
+                    let (sample, source) = &samples[*i as usize];
+                    (sample, *source)
+                });
+                let beside = around.iter().flat_map(|n| sources_by_node.of(*n)).map(|i| {
+                    (&source_frames[*i as usize], source_starts[*i as usize], *i)
+                });
+                branches::branches(&frame, spacing, samples, beside)
+            })
+            .collect();
+        march::carry_on(graph, &self.frames, &bound, &mut lists);
+        let mut starts = vec![0];
+        let mut flat = Vec::new();
+        for list in lists {
+            flat.extend(list);
+            starts.push(flat.len() as u32);
+        }
+        Ok(Field {
+            starts,
+            branches: flat,
+            sources: source_frames,
+            source_starts,
+            max_distance: settings.max_distance,
+            tolerance: settings.tolerance,
+        })
+    }
+
+    /// Distances along the graph, which are never too short: of all nodes not farther than the largest.
+    fn bounds(
+        &self,
+        sources: &[Source<D, S::Place>],
+        entrances: &[Vec<(u32, f32)>],
+        max_distance: f64,
+    ) -> Distances {
+        let graph = self.geodesics.graph();
+        let mut bound = Distances::new(graph);
+        let ways: Vec<(u32, f32)> = sources
+            .iter()
+            .zip(entrances)
+            .flat_map(|(source, list)| {
+                list.iter().map(|(node, length)| (*node, length + source.start as f32))
+            })
+            .collect();
+        // A route along the graph is a few hundredths longer than the geodesic.
+        let longest = (1.2 * max_distance) as f32;
+        bound.search(graph, &ways, |_| 0.0, |_, _| longest);
+        bound
+    }
+}
+
+/// The frame at a node's foot.
+fn frame<const D: usize, S: Guide<D>>(
+    surface: &S,
+    node: &Node<D, S::Place>,
+    geometry: &mut Geometry<D>,
+) -> Option<Frame<D>> {
+    let mut place = node.place;
+    let foot = surface.foot(&node.point, &mut place, geometry)?;
+    let known = surface.geometry(&foot, place, geometry);
+    known.then(|| Frame::new(foot, geometry))
+}
+
+/// For each node the indices of the items that lie nearest to it.
+fn by_node(near: impl Iterator<Item = u32>, nodes: usize) -> Lists {
+    let mut placed: Vec<(u32, u32)> = near.zip(0..).filter(|item| item.0 != u32::MAX).collect();
+    placed.sort_unstable();
+    let mut rest = &placed[..];
+    Lists::new((0..nodes as u32).map(|node| {
+        let count = rest.partition_point(|item| item.0 <= node);
+        let (here, after) = rest.split_at(count);
+        rest = after;
+        here.iter().map(|item| item.1)
+    }))
+}
+
+impl<const D: usize> Field<D> {
+    /// The branches at a node of the graph, least distance first.
+    pub(crate) fn branches(&self, node: u32) -> &[Branch] {
+        let i = node as usize;
+        &self.branches[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+
+    /// The number of graph nodes without a distance.
+    #[must_use]
+    pub fn unreached_nodes(&self) -> usize {
+        self.starts.windows(2).filter(|pair| pair[0] == pair[1]).count()
+    }
+
+    /// The number of graph nodes that no ray came by, whose distances were carried on along the graph.
+    #[must_use]
+    pub fn carried_nodes(&self) -> usize {
+        let starts = self.starts.windows(2).filter(|pair| pair[0] < pair[1]);
+        starts.filter(|pair| self.branches[pair[0] as usize].carried).count()
+    }
+}

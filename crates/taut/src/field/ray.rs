@@ -1,0 +1,304 @@
+//! One geodesic from a source, with its Jacobi field: how far rays beside it spread.
+//!
+//! x'' = II(x', x') and J'' = -K J by the pair of orders 5 and 4 of Dormand and Prince, "A family of
+//! embedded Runge-Kutta formulae", Journal of Computational and Applied Mathematics 6 (1980); after each
+//! step x is put back onto the surface.
+
+use crate::Vector;
+use crate::field::frame::Frame;
+use crate::guess::graph::Graph;
+use crate::surface::{Geometry, Node, Surface};
+
+/// A place on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Knot<const D: usize, P> {
+    /// From the source.
+    pub length: f64,
+    /// The first tangent is the ray's, the second beside it, to the same side all along.
+    pub frame: Frame<D>,
+    /// J and J', 0 and 1 at the source.
+    pub jacobi: [f64; 2],
+    pub place: P,
+    /// The nearest node of the graph.
+    pub near: u32,
+    /// Along the way, what errors of the surface's height do to the length: variance.
+    pub variance: f64,
+}
+
+/// Where a ray ends, and how finely it is followed.
+pub(crate) trait Limits<const D: usize>: Sync {
+    /// The ray is of no interest any more.
+    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool;
+
+    /// The longest step.
+    fn longest_step(&self, near: u32) -> f64;
+
+    /// Estimated error of a step that is allowed, relative to its length.
+    fn tolerance(&self) -> f64;
+}
+
+/// Stages: where on the step, and the weights of the stages before.
+const AT: [&[f64]; 6] = [
+    &[1.0 / 5.0],
+    &[3.0 / 40.0, 9.0 / 40.0],
+    &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
+    &[
+        19372.0 / 6561.0,
+        -25360.0 / 2187.0,
+        64448.0 / 6561.0,
+        -212.0 / 729.0,
+    ],
+    &[
+        9017.0 / 3168.0,
+        -355.0 / 33.0,
+        46732.0 / 5247.0,
+        49.0 / 176.0,
+        -5103.0 / 18656.0,
+    ],
+    &[
+        35.0 / 384.0,
+        0.0,
+        500.0 / 1113.0,
+        125.0 / 192.0,
+        -2187.0 / 6784.0,
+        11.0 / 84.0,
+    ],
+];
+/// The fifth order's weights less the fourth's.
+const DIFFERENCE: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+/// Weight of errors that change the length at second order only: sideways, and of the Jacobi field.
+const SIDEWAYS: f64 = 0.05;
+const MOST_STEPS: usize = 20_000;
+/// A ray ends where steps must be shorter than this share of the longest.
+const SHORTEST: f64 = 1e-3;
+
+/// Position, velocity, J and J'.
+#[derive(Clone, Copy)]
+struct State<const D: usize> {
+    x: Vector<D>,
+    v: Vector<D>,
+    j: [f64; 2],
+}
+
+impl<const D: usize> State<D> {
+    fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
+        let mut moved = *self;
+        for (slope, weight) in slopes.iter().zip(weights) {
+            let share = step * weight;
+            moved.x += slope.x * share;
+            moved.v += slope.v * share;
+            moved.j[0] += slope.j[0] * share;
+            moved.j[1] += slope.j[1] * share;
+        }
+        moved
+    }
+
+    /// The derivative by length.
+    fn slope(&self, frame: &Frame<D>) -> Self {
+        let t = frame.coordinates(&self.v);
+        Self {
+            x: self.v,
+            v: frame.bend(t, t),
+            j: [self.j[1], -frame.gauss * self.j[0]],
+        }
+    }
+}
+
+/// The frame at a point near the surface, `place` brought up to date.
+fn frame_at<const D: usize, S: Surface<D>>(
+    surface: &S,
+    x: &Vector<D>,
+    place: &mut S::Place,
+    geometry: &mut Geometry<D>,
+) -> Option<Frame<D>> {
+    let known = surface.find_place(x, place, geometry) && surface.geometry(x, *place, geometry);
+    known.then(|| Frame::new(*x, geometry))
+}
+
+/// The geodesic that leaves `source`, whose frame is `frame`, at an angle in it, and ends beyond the limits,
+/// where rays beside it meet it, or where the surface ends.
+pub(crate) fn shoot<const D: usize, S: Surface<D>>(
+    surface: &S,
+    graph: &Graph<D, S::Place>,
+    source: (&Node<D, S::Place>, &Frame<D>, u32),
+    angle: f64,
+    limits: &impl Limits<D>,
+) -> Vec<Knot<D, S::Place>> {
+    let (node, frame, near) = source;
+    let mut geometry = Geometry::new(D - 2);
+    let mut knot = Knot {
+        length: 0.0,
+        frame: frame.turned([angle.cos(), angle.sin()]),
+        jacobi: [0.0, 1.0],
+        place: node.place,
+        near,
+        variance: 0.0,
+    };
+    let mut knots = vec![knot];
+    let mut step = 0.5 * limits.longest_step(near);
+    for _ in 0..MOST_STEPS {
+        let longest = limits.longest_step(knot.near);
+        step = step.min(longest);
+        let Some((next, error)) = advance(surface, &knot, step, &mut geometry) else {
+            step *= 0.5;
+            if step < SHORTEST * longest {
+                break;
+            }
+            continue;
+        };
+        let excess = error / (limits.tolerance() * step);
+        let change = 0.9 * excess.max(1e-4).powf(-0.25);
+        if excess > 1.0 && step > SHORTEST * longest {
+            step *= change.max(0.2);
+            continue;
+        }
+        knot = next;
+        knot.near = nearest(graph, &knot.frame.point, knot.near);
+        knots.push(knot);
+        let point = &knot.frame.point;
+        let rim = surface.beyond_rim(point, knot.place);
+        if knot.jacobi[0] <= 0.0
+            || rim.is_some_and(|(depth, _)| depth > 0.5 * step)
+            || limits.beyond(knot.length, point, knot.near)
+        {
+            break;
+        }
+        step *= change.min(3.0);
+    }
+    knots
+}
+
+/// A step with its estimated error; `None` where it leaves what is known of the surface.
+fn advance<const D: usize, S: Surface<D>>(
+    surface: &S,
+    from: &Knot<D, S::Place>,
+    step: f64,
+    geometry: &mut Geometry<D>,
+) -> Option<(Knot<D, S::Place>, f64)> {
+    let start = State {
+        x: from.frame.point,
+        v: from.frame.tangents[0],
+        j: from.jacobi,
+    };
+    let mut slopes = [start; 7];
+    slopes[0] = start.slope(&from.frame);
+    let mut place = from.place;
+    for (i, weights) in AT.iter().enumerate() {
+        let stage = start.moved(step, &slopes[..=i], weights);
+        let frame = frame_at(surface, &stage.x, &mut place, geometry)?;
+        slopes[i + 1] = stage.slope(&frame);
+        if i + 1 < AT.len() {
+            continue;
+        }
+        let error = start.moved(step, &slopes, &DIFFERENCE);
+        let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
+        let error = dx.dot(&start.v).abs() + SIDEWAYS * (dx.norm() + dj.abs());
+        // What is off the surface, by the geometry just found.
+        let foot = stage.x - geometry.pseudo_inverse(&geometry.values);
+        let ahead = frame.coordinates(&stage.v);
+        let inverse = (ahead[0] * ahead[0] + ahead[1] * ahead[1]).sqrt().recip();
+        if !(inverse.is_finite() && error.is_finite()) {
+            return None;
+        }
+        let mut frame = Frame { point: foot, ..frame }.turned(ahead.map(|a| a * inverse));
+        if frame.tangents[1].dot(&from.frame.tangents[1]) < 0.0 {
+            frame.tangents[1].neg_mut();
+            frame.second[1].neg_mut();
+        }
+        let shift = frame.second[0].norm() * surface.height_error(place);
+        let radius = surface.resolution(place);
+        return Some((
+            Knot {
+                length: from.length + step,
+                frame,
+                jacobi: stage.j,
+                place,
+                near: from.near,
+                variance: from.variance + shift * shift * step * radius.max(step),
+            },
+            error,
+        ));
+    }
+    None
+}
+
+/// The node of the graph nearest to `x`, walking from one.
+pub(crate) fn nearest<const D: usize, P: Copy>(graph: &Graph<D, P>, x: &Vector<D>, from: u32) -> u32 {
+    let squared = |node: u32| (graph.nodes[node as usize].point - x).norm_squared();
+    let mut best = (squared(from), from);
+    loop {
+        let edges = graph.edges(best.1).iter();
+        let next = edges.fold(best, |best, edge| {
+            let there = squared(edge.to);
+            if there < best.0 { (there, edge.to) } else { best }
+        });
+        if next.1 == best.1 {
+            return best.1;
+        }
+        best = next;
+    }
+}
+
+/// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
+pub(crate) fn between<const D: usize, P: Copy>(
+    pair: [&Knot<D, P>; 2],
+    length: f64,
+) -> Option<(Frame<D>, [f64; 2])> {
+    let [a, b] = pair;
+    let h = b.length - a.length;
+    let s = (length - a.length) / h;
+    let (value, slope) = hermite(s);
+    let mix = |w: &[f64; 6], a: [Vector<D>; 3], b: [Vector<D>; 3]| {
+        a[0] * w[0] + a[1] * (w[1] * h) + a[2] * (w[2] * h * h) + b[0] * w[3]
+            + b[1] * (w[4] * h)
+            + b[2] * (w[5] * h * h)
+    };
+    let known = |k: &Knot<D, P>| [k.frame.point, k.frame.tangents[0], k.frame.second[0]];
+    let point = mix(&value, known(a), known(b));
+    let t = (mix(&slope, known(a), known(b)) / h).normalize();
+    let side = a.frame.tangents[1] * (1.0 - s) + b.frame.tangents[1] * s;
+    let side = (side - t * t.dot(&side)).try_normalize(1e-6)?;
+    let second = std::array::from_fn(|i| a.frame.second[i] * (1.0 - s) + b.frame.second[i] * s);
+    let spread = |k: &Knot<D, P>| [k.jacobi[0], k.jacobi[1], -k.frame.gauss * k.jacobi[0]];
+    let (ja, jb) = (spread(a), spread(b));
+    let mix = |w: &[f64; 6]| {
+        ja[0] * w[0] + ja[1] * w[1] * h + ja[2] * w[2] * h * h + jb[0] * w[3] + jb[1] * w[4] * h
+            + jb[2] * w[5] * h * h
+    };
+    Some((
+        Frame::of_forms(point, [t, side], second),
+        [mix(&value), mix(&slope) / h],
+    ))
+}
+
+/// Weights of value, slope and second derivative at 0 and then at 1 of the quintic at s, and of its slope.
+fn hermite(s: f64) -> ([f64; 6], [f64; 6]) {
+    let (s2, s3) = (s * s, s * s * s);
+    let (s4, s5) = (s2 * s2, s2 * s3);
+    (
+        [
+            1.0 - 10.0 * s3 + 15.0 * s4 - 6.0 * s5,
+            s - 6.0 * s3 + 8.0 * s4 - 3.0 * s5,
+            0.5 * s2 - 1.5 * s3 + 1.5 * s4 - 0.5 * s5,
+            10.0 * s3 - 15.0 * s4 + 6.0 * s5,
+            -4.0 * s3 + 7.0 * s4 - 3.0 * s5,
+            0.5 * s3 - s4 + 0.5 * s5,
+        ],
+        [
+            -30.0 * s2 + 60.0 * s3 - 30.0 * s4,
+            1.0 - 18.0 * s2 + 32.0 * s3 - 15.0 * s4,
+            s - 4.5 * s2 + 6.0 * s3 - 2.5 * s4,
+            30.0 * s2 - 60.0 * s3 + 30.0 * s4,
+            -12.0 * s2 + 28.0 * s3 - 15.0 * s4,
+            1.5 * s2 - 4.0 * s3 + 2.5 * s4,
+        ],
+    )
+}
