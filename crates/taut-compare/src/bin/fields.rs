@@ -161,7 +161,16 @@ fn measure(name: &str, case: &Case, tolerance: f64) -> Result<(), Box<dyn std::e
     );
     if std::env::var_os("WORST").is_some() {
         for (error, row) in errors.iter().rev().take(12) {
-            println!("   {error:.2e} {:?} {:?}", case.points[*row], values[*row]);
+            let atlas = geodesics.surface();
+            let path = geodesics.path(
+                &atlas.node_of_row(0)?,
+                &atlas.node_of_row(*row)?,
+                &taut::correction::Settings::default(),
+            );
+            println!(
+                "   {error:.2e} {:?} {:?} path {} {}",
+                case.points[*row], values[*row], path.length, path.status
+            );
         }
     }
     Ok(())

@@ -5,9 +5,13 @@ use rayon::prelude::*;
 use crate::Vector;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{direction_at, norm};
+use crate::field::branches::Branch;
 use crate::field::{Field, Fields};
 use crate::guess::Guide;
 use crate::surface::atlas::Atlas;
+
+/// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
+const FOCUSED: f64 = 0.3;
 
 /// A distance with its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +58,14 @@ impl<const D: usize> Field<D> {
                 }
                 continue;
             }
-            let Some(distance) = branch.jet.distance_at(v, frame.gauss) else {
-                continue;
-            };
+            let carried = branch.jet.distance_at(v, frame.gauss);
+            // Never too short.
+            let bound = branch.jet.distance + norm(v);
+            let distance = carried.map_or(bound, |carried| carried.min(bound));
             if distance < value.distance {
                 value = Value {
                     distance,
-                    error: branch.error,
+                    error: branch.error + if carried.is_some() { 0.0 } else { norm(v) },
                     source: branch.source,
                     direction: direction_at(frame, &branch.jet, v),
                 };
@@ -92,7 +97,21 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
-        let frame = self.frames[node as usize].as_ref();
-        frame.map_or_else(Value::unreached, |frame| field.at(node, frame, x, share))
+        let Some(frame) = &self.frames[node as usize] else {
+            return Value::unreached();
+        };
+        let mut value = field.at(node, frame, x, share);
+        let focused = |branch: &Branch| branch.jet.curvature * self.spacing[node as usize] < -FOCUSED;
+        if field.branches(node).iter().any(focused) {
+            for edge in self.geodesics.graph().edges(node) {
+                if let Some(frame) = &self.frames[edge.to as usize] {
+                    let other = field.at(edge.to, frame, x, share);
+                    if other.distance < value.distance {
+                        value = other;
+                    }
+                }
+            }
+        }
+        value
     }
 }

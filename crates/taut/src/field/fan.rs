@@ -16,6 +16,12 @@ const FIRST_RAYS: usize = 32;
 /// Rays lie at most this many spacings of the graph's nodes apart, and their jets along them.
 const APART: f64 = 1.5;
 const ALONG: f64 = 1.0;
+/// The change of the front's curvature is found from rays at least this many spacings apart.
+const BESIDE: f64 = 0.7;
+/// A ray is of no use where rays beside it meet it within a spacing over this.
+const FOCUSED: f64 = 1.0;
+/// Most change of the front's curvature, times the square of the spacing.
+const MOST_CHANGE: f64 = 0.1;
 /// Neighbouring rays whose directions agree to this are not parted further.
 const NARROWEST: f64 = 1e-9;
 /// Most jets for each node that a source may reach.
@@ -97,6 +103,7 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         .collect();
     let mut young = vec![true; rays.len()];
     let mut jets = 0;
+    let mut generations = 0;
     while jets <= MOST_JETS * reachable {
         let count = rays.len();
         let between: Vec<(usize, f64, f64)> = (0..count)
@@ -117,14 +124,17 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
             .map(|(_, angle, from)| shoot(*angle, *from))
             .collect();
         jets += shot.iter().map(|ray| ray.knots.len()).sum::<usize>();
+        generations += 1;
         (rays, young) = merged(rays, between.iter().map(|b| b.0).zip(shot));
     }
     let count = rays.len();
+    if std::env::var_os("STATS").is_some() {
+        eprintln!("rays {count} generations {generations} knots {} kept {} length {}", rays.iter().map(|r| r.knots.len()).sum::<usize>(), rays.iter().map(|r| r.knots.iter().filter(|k| k.length >= r.needed_from).count()).sum::<usize>(), rays.iter().map(|r| r.end()).sum::<f64>());
+    }
     (0..count)
         .into_par_iter()
         .flat_map_iter(|i| {
-            let beside = [&rays[(i + count - 1) % count], &rays[(i + 1) % count]];
-            samples(&rays[i], beside, graph, spacing, start)
+            samples(&rays, i, graph, spacing, start)
         })
         .collect()
 }
@@ -144,26 +154,22 @@ fn merged<R>(old: Vec<R>, new: impl Iterator<Item = (usize, R)>) -> (Vec<R>, Vec
     (rays, young)
 }
 
-/// The jets along a ray from where on it is needed, seen beside its neighbours.
+/// The jets along a ray from where on it is needed.
 fn samples<const D: usize, P: Copy>(
-    ray: &Ray<D, P>,
-    beside: [&Ray<D, P>; 2],
+    rays: &[Ray<D, P>],
+    index: usize,
     graph: &Graph<D, P>,
     spacing: &[f64],
     start: f64,
 ) -> Vec<Sample<D>> {
     let mut samples = Vec::new();
+    let ray = &rays[index];
     let end = ray.end();
     let Some(first) = ray.knots.first() else {
         return samples;
     };
     let mut near = first.near;
-    let mut step = 0.5 * ALONG * spacing[near as usize];
-    let mut length = ray.needed_from.max(step);
-    let angles = beside.map(|other| {
-        let turn = (other.angle - ray.angle).rem_euclid(TAU);
-        if turn > 0.5 * TAU { turn - TAU } else { turn }
-    });
+    let mut length = ray.needed_from.max(0.5 * ALONG * spacing[near as usize]);
     let mut knot = 0;
     while length < end {
         while knot + 1 < ray.knots.len() && ray.knots[knot + 1].length <= length {
@@ -173,30 +179,56 @@ fn samples<const D: usize, P: Copy>(
         let Some((frame, [j, slope])) = ray.at(length) else {
             break;
         };
-        if j <= 0.0 {
+        near = ray::nearest(graph, &frame.point, near);
+        let spacing = spacing[near as usize];
+        let curvature = slope / j;
+        if !(j > 0.0 && curvature * spacing > -FOCUSED) {
             break;
         }
-        near = ray::nearest(graph, &frame.point, near);
-        let curvature = slope / j;
-        let fronts = [0, 1].map(|k| {
-            let front = beside[k].front(length)?;
-            Some((angles[k] * j, front - curvature))
+        let least = BESIDE * spacing / j;
+        let fronts = [false, true].map(|left| beside(rays, index, left, least, length));
+        let steps = fronts.map(|found| {
+            let (angle, front) = found?;
+            Some((angle * j, front - curvature))
         });
+        let most = MOST_CHANGE / (spacing * spacing);
         samples.push(Sample {
             frame,
             jet: Jet {
                 distance: start + length,
                 gradient: [1.0, 0.0],
                 curvature,
-                change: change(fronts),
+                change: change(steps).clamp(-most, most),
             },
             near,
             variance: ray.knots[knot].variance,
         });
-        step = ALONG * spacing[near as usize];
-        length += step;
+        length += ALONG * spacing;
     }
     samples
+}
+
+/// The angle, and the front's curvature at a length, of a ray to the left or right of another by at least an
+/// angle: nearer ones tell the change of the curvature from its error no better than their distance.
+fn beside<const D: usize, P: Copy>(
+    rays: &[Ray<D, P>],
+    index: usize,
+    left: bool,
+    least: f64,
+    length: f64,
+) -> Option<(f64, f64)> {
+    let count = rays.len();
+    let mut step = 1;
+    while step < count / 4 {
+        let other = if left { index + step } else { index + count - step } % count;
+        let turn = (rays[other].angle - rays[index].angle).rem_euclid(TAU);
+        let turn = if left { turn } else { turn - TAU };
+        if turn.abs() >= least {
+            return Some((turn, rays[other].front(length)?));
+        }
+        step *= 2;
+    }
+    None
 }
 
 /// The derivative at 0 of a function that is 0 there, from its values on two sides: of the parabola through

@@ -76,9 +76,14 @@ const DIFFERENCE: [f64; 7] = [
 ];
 /// Weight of errors that change the length at second order only: sideways, and of the Jacobi field.
 const SIDEWAYS: f64 = 0.05;
+/// Weight of errors off the surface, which every step takes back.
+const OFF: f64 = 0.01;
 const MOST_STEPS: usize = 20_000;
 /// A ray ends where steps must be shorter than this share of the longest.
 const SHORTEST: f64 = 1e-3;
+
+/// A ray ends this share of the longest step beyond a rim.
+const OVER_RIM: f64 = 0.03;
 
 /// Position, velocity, J and J'.
 #[derive(Clone, Copy)]
@@ -119,7 +124,7 @@ fn frame_at<const D: usize, S: Surface<D>>(
     place: &mut S::Place,
     geometry: &mut Geometry<D>,
 ) -> Option<Frame<D>> {
-    let known = surface.find_place(x, place, geometry) && surface.geometry(x, *place, geometry);
+    let known = surface.find_place(x, place, geometry) && surface.cheap_geometry(x, *place, geometry);
     known.then(|| Frame::new(*x, geometry))
 }
 
@@ -160,15 +165,19 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             step *= change.max(0.2);
             continue;
         }
+        let point = &next.frame.point;
+        let rim = surface.beyond_rim(point, next.place);
+        if rim.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
+            step *= 0.5;
+            if step < OVER_RIM * longest {
+                break;
+            }
+            continue;
+        }
         knot = next;
-        knot.near = nearest(graph, &knot.frame.point, knot.near);
+        knot.near = nearest(graph, point, knot.near);
         knots.push(knot);
-        let point = &knot.frame.point;
-        let rim = surface.beyond_rim(point, knot.place);
-        if knot.jacobi[0] <= 0.0
-            || rim.is_some_and(|(depth, _)| depth > 0.5 * step)
-            || limits.beyond(knot.length, point, knot.near)
-        {
+        if knot.jacobi[0] <= 0.0 || limits.beyond(knot.length, point, knot.near) {
             break;
         }
         step *= change.min(3.0);
@@ -200,7 +209,8 @@ fn advance<const D: usize, S: Surface<D>>(
         }
         let error = start.moved(step, &slopes, &DIFFERENCE);
         let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
-        let error = dx.dot(&start.v).abs() + SIDEWAYS * (dx.norm() + dj.abs());
+        let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
+        let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
         // What is off the surface, by the geometry just found.
         let foot = stage.x - geometry.pseudo_inverse(&geometry.values);
         let ahead = frame.coordinates(&stage.v);

@@ -52,6 +52,12 @@ pub trait Surface<const D: usize>: Sync {
         self.foot(x, place, scratch).is_some()
     }
 
+    /// As [`geometry`](Self::geometry), of something that agrees with the surface to its estimated error and
+    /// costs less: one chart of a cloud.
+    fn cheap_geometry(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>) -> bool {
+        self.geometry(x, place, out)
+    }
+
     /// How far `x` lies beyond the known extent of the surface (a hole or rim of a point cloud), and
     /// the gradient of that depth; `None` inside, and everywhere on a surface without rims.
     fn beyond_rim(&self, _x: &Vector<D>, _place: Self::Place) -> Option<(f64, Vector<D>)> {

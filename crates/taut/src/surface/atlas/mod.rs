@@ -342,6 +342,16 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         out.factor()
     }
 
+    fn cheap_geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
+        let mut jet = ChartJet::new();
+        self.charts[place as usize].jet::<true>(&self.monomials, x, &mut jet);
+        let m = out.codimension;
+        out.values.copy_from_slice(&jet.value[..m]);
+        out.gradients.copy_from_slice(&jet.gradient[..m]);
+        out.hessians.copy_from_slice(&jet.hessian[..m]);
+        out.factor()
+    }
+
     fn find_place(
         &self,
         x: &Vector<D>,
