@@ -22,7 +22,7 @@ pub(crate) struct Branch {
 }
 
 /// Jets farther away than this many spacings are not looked at.
-const REACH: f64 = 1.8;
+const REACH: f64 = 1.6;
 /// Cosine between directions of one branch, and its distances' largest difference in spacings.
 const SAME_DIRECTION: f64 = 0.95;
 const SAME_DISTANCE: f64 = 0.3;

@@ -13,11 +13,16 @@ use crate::surface::{Node, Surface};
 
 /// Rays that leave every source.
 const FIRST_RAYS: usize = 32;
-/// Rays lie at most this many spacings of the graph's nodes apart, and their jets along them.
+/// Rays lie at most this many spacings of the graph's nodes apart, or farther where that is a small share of
+/// the radius of curvature; and their jets along them.
 const APART: f64 = 1.5;
+const MOST_APART: f64 = 2.5;
+const RESOLVED: f64 = 0.25;
 const ALONG: f64 = 1.0;
 /// The change of the front's curvature is found from rays at least this many spacings apart.
 const BESIDE: f64 = 0.7;
+/// Nor are rays looked at that are farther off than the nearest of use by this factor.
+const FARTHEST: f64 = 4.0;
 /// A ray is of no use where rays beside it meet it within a spacing over this.
 const FOCUSED: f64 = 1.0;
 /// Most change of the front's curvature, times the square of the spacing.
@@ -57,23 +62,29 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         }
     }
 
-    fn at(&self, length: f64) -> Option<(Frame<D>, [f64; 2])> {
+    /// The ray at a length between its first and last knot.
+    fn at(&self, length: f64) -> Option<Knot<D, P>> {
         let after = self.knots.partition_point(|knot| knot.length < length);
-        let after = after.clamp(1, self.knots.len().checked_sub(1)?.max(1));
-        ray::between([&self.knots[after - 1], self.knots.get(after)?], length)
+        let next = self.knots.get(after)?;
+        if next.length == length {
+            return Some(*next);
+        }
+        ray::between([self.knots.get(after.checked_sub(1)?)?, next], length)
     }
 
     /// Curvature of the front, J' / J; `None` beyond the end.
     fn front(&self, length: f64) -> Option<f64> {
         let inside = length > 0.0 && length <= self.end();
-        let (_, [j, slope]) = self.at(length).filter(|_| inside)?;
+        let [j, slope] = self.at(length).filter(|_| inside)?.jacobi;
         (j > 0.0).then(|| slope / j)
     }
 
     /// The first length at which a ray at an angle beside it is too far off.
     fn parted(&self, angle: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
-            knot.jacobi[0] * angle > APART * spacing[knot.near as usize]
+            let spacing = spacing[knot.near as usize];
+            let resolved = RESOLVED / knot.frame.curvature();
+            knot.jacobi[0] * angle > resolved.clamp(APART * spacing, MOST_APART * spacing)
         };
         let found = self.knots.iter().position(far)?;
         Some(self.knots[found.saturating_sub(1)].length)
@@ -92,14 +103,29 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
     reachable: usize,
     limits: &impl Limits<D>,
 ) -> Vec<Sample<D>> {
-    let shoot = |angle: f64, needed_from: f64| Ray {
-        angle,
-        needed_from,
-        knots: ray::shoot(surface, graph, source, angle, limits),
+    let (node, frame, near) = source;
+    let shoot = |angle: f64, needed_from: f64, parents: Option<(&Ray<_, _>, &Ray<_, _>, f64)>| {
+        let middle = parents.and_then(|(left, right, between)| {
+            let (left, right) = (left.at(needed_from)?, right.at(needed_from)?);
+            ray::halfway(surface, graph, [&left, &right], between)
+        });
+        let start = middle.unwrap_or_else(|| Knot {
+            length: 0.0,
+            frame: frame.turned([angle.cos(), angle.sin()]),
+            jacobi: [0.0, 1.0],
+            place: node.place,
+            near,
+            variance: 0.0,
+        });
+        Ray {
+            angle,
+            needed_from,
+            knots: ray::shoot(surface, graph, start, limits),
+        }
     };
     let mut rays: Vec<Ray<D, S::Place>> = (0..FIRST_RAYS)
         .into_par_iter()
-        .map(|i| shoot(TAU * i as f64 / FIRST_RAYS as f64, 0.0))
+        .map(|i| shoot(TAU * i as f64 / FIRST_RAYS as f64, 0.0, None))
         .collect();
     let mut young = vec![true; rays.len()];
     let mut jets = 0;
@@ -113,7 +139,7 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
                 let angle = (right.angle - left.angle).rem_euclid(TAU);
                 let from = [left, right].map(|ray| ray.parted(angle, spacing));
                 let from = from.into_iter().flatten().reduce(f64::min)?;
-                (angle > NARROWEST).then_some((i, left.angle + 0.5 * angle, from))
+                (angle > NARROWEST).then_some((i, angle, from))
             })
             .collect();
         if between.is_empty() {
@@ -121,7 +147,10 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         }
         let shot: Vec<Ray<D, S::Place>> = between
             .par_iter()
-            .map(|(_, angle, from)| shoot(*angle, *from))
+            .map(|(i, angle, from)| {
+                let (left, right) = (&rays[*i], &rays[(i + 1) % count]);
+                shoot(left.angle + 0.5 * angle, *from, Some((left, right, *angle)))
+            })
             .collect();
         jets += shot.iter().map(|ray| ray.knots.len()).sum::<usize>();
         generations += 1;
@@ -176,7 +205,7 @@ fn samples<const D: usize, P: Copy>(
             knot += 1;
             near = ray.knots[knot].near;
         }
-        let Some((frame, [j, slope])) = ray.at(length) else {
+        let Some(Knot { frame, jacobi: [j, slope], .. }) = ray.at(length) else {
             break;
         };
         near = ray::nearest(graph, &frame.point, near);
@@ -223,8 +252,13 @@ fn beside<const D: usize, P: Copy>(
         let other = if left { index + step } else { index + count - step } % count;
         let turn = (rays[other].angle - rays[index].angle).rem_euclid(TAU);
         let turn = if left { turn } else { turn - TAU };
-        if turn.abs() >= least {
-            return Some((turn, rays[other].front(length)?));
+        if turn.abs() >= least
+            && let Some(front) = rays[other].front(length)
+        {
+            return Some((turn, front));
+        }
+        if turn.abs() > FARTHEST * least {
+            return None;
         }
         step *= 2;
     }

@@ -45,6 +45,12 @@ impl<const D: usize> Frame<D> {
         }
     }
 
+    /// A bound of the normal curvatures: the Frobenius norm of the second fundamental form.
+    pub fn curvature(&self) -> f64 {
+        let [first, both, last] = self.second.map(|bend| bend.norm_squared());
+        (first + 2.0 * both + last).sqrt()
+    }
+
     /// Tangent coordinates of a vector.
     pub fn coordinates(&self, v: &Vector<D>) -> [f64; 2] {
         [v.dot(&self.tangents[0]), v.dot(&self.tangents[1])]

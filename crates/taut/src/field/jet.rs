@@ -23,7 +23,7 @@ pub(crate) struct Jet {
 /// Curvature of the surface times the square of the longest step that the series serve.
 const LONGEST: f64 = 1.0;
 /// Rays drawing together must not come nearer than this share of their distance in one step.
-const FOCUS: f64 = 0.3;
+const FOCUS: f64 = 0.1;
 
 /// A step of the distance.
 struct Growth {

@@ -6,8 +6,9 @@
 
 use crate::Vector;
 use crate::field::frame::Frame;
+use crate::field::jet::norm;
 use crate::guess::graph::Graph;
-use crate::surface::{Geometry, Node, Surface};
+use crate::surface::{Geometry, Surface};
 
 /// A place on a ray.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +79,8 @@ const DIFFERENCE: [f64; 7] = [
 const SIDEWAYS: f64 = 0.05;
 /// Weight of errors off the surface, which every step takes back.
 const OFF: f64 = 0.01;
+/// Rays may start from between others whose distance is this share of the radius of curvature.
+const MOST_BENT: f64 = 0.35;
 const MOST_STEPS: usize = 20_000;
 /// A ray ends where steps must be shorter than this share of the longest.
 const SHORTEST: f64 = 1e-3;
@@ -128,27 +131,86 @@ fn frame_at<const D: usize, S: Surface<D>>(
     known.then(|| Frame::new(*x, geometry))
 }
 
-/// The geodesic that leaves `source`, whose frame is `frame`, at an angle in it, and ends beyond the limits,
-/// where rays beside it meet it, or where the surface ends.
+/// The frame, found with this geometry, put onto the surface and turned along `v`, the second tangent to the
+/// side given.
+fn settled<const D: usize>(
+    frame: Frame<D>,
+    v: &Vector<D>,
+    side: &Vector<D>,
+    geometry: &Geometry<D>,
+) -> Option<Frame<D>> {
+    let point = frame.point - geometry.pseudo_inverse(&geometry.values);
+    let ahead = frame.coordinates(v);
+    let inverse = norm(ahead).recip();
+    if !(inverse.is_finite() && point.iter().all(|x| x.is_finite())) {
+        return None;
+    }
+    let mut frame = Frame { point, ..frame }.turned(ahead.map(|a| a * inverse));
+    if frame.tangents[1].dot(side) < 0.0 {
+        frame.tangents[1].neg_mut();
+        frame.second[1].neg_mut();
+    }
+    Some(frame)
+}
+
+/// The ray halfway between two that leave the source at an angle to each other, at the same length: across
+/// both runs the quintic with the slopes and second derivatives that their Jacobi fields say, of sixth order
+/// in their distance but along the front itself. `None` where they are too far apart.
+pub(crate) fn halfway<const D: usize, S: Surface<D>>(
+    surface: &S,
+    graph: &Graph<D, S::Place>,
+    pair: [&Knot<D, S::Place>; 2],
+    angle: f64,
+) -> Option<Knot<D, S::Place>> {
+    let [a, b] = pair;
+    let bent = a.frame.curvature().max(b.frame.curvature());
+    let apart = a.jacobi[0].max(b.jacobi[0]) * angle;
+    if apart * bent > MOST_BENT || a.jacobi[0] <= 0.0 || b.jacobi[0] <= 0.0 {
+        return None;
+    }
+    let change = (b.jacobi[0] - a.jacobi[0]) / angle;
+    let across = |k: &Knot<D, S::Place>| {
+        let ([t, side], [j, slope]) = (k.frame.tangents, k.jacobi);
+        let first = side * j;
+        let second = k.frame.second[2] * (j * j) - t * (j * slope) + side * change;
+        let turning = side * slope + k.frame.second[1] * j;
+        (first, second, turning)
+    };
+    let ((da, dda, ta), (db, ddb, tb)) = (across(a), across(b));
+    let (xa, xb) = (a.frame.point, b.frame.point);
+    let (va, vb) = (a.frame.tangents[0], b.frame.tangents[0]);
+    let x = (xa + xb) * 0.5 + (da - db) * (5.0 / 32.0 * angle) + (dda + ddb) * (angle * angle / 64.0);
+    let spread = (xb - xa) * (15.0 / 8.0 / angle) - (da + db) * (7.0 / 16.0)
+        + (ddb - dda) * (angle / 32.0);
+    let v = (va + vb) * 0.5 + (ta - tb) * (angle / 8.0);
+    let turning = (vb - va) * (1.5 / angle) - (ta + tb) * 0.25;
+    let mut geometry = Geometry::new(D - 2);
+    let mut place = a.place;
+    let frame = frame_at(surface, &x, &mut place, &mut geometry)?;
+    let frame = settled(frame, &v, &a.frame.tangents[1], &geometry)?;
+    let side = frame.tangents[1];
+    Some(Knot {
+        length: a.length,
+        jacobi: [spread.dot(&side), turning.dot(&side)],
+        place,
+        near: nearest(graph, &frame.point, a.near),
+        variance: 0.5 * (a.variance + b.variance),
+        frame,
+    })
+}
+
+/// The geodesic from a knot on, which ends beyond the limits, where rays beside it meet it, or where the
+/// surface ends.
 pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     surface: &S,
     graph: &Graph<D, S::Place>,
-    source: (&Node<D, S::Place>, &Frame<D>, u32),
-    angle: f64,
+    start: Knot<D, S::Place>,
     limits: &impl Limits<D>,
 ) -> Vec<Knot<D, S::Place>> {
-    let (node, frame, near) = source;
     let mut geometry = Geometry::new(D - 2);
-    let mut knot = Knot {
-        length: 0.0,
-        frame: frame.turned([angle.cos(), angle.sin()]),
-        jacobi: [0.0, 1.0],
-        place: node.place,
-        near,
-        variance: 0.0,
-    };
+    let mut knot = start;
     let mut knots = vec![knot];
-    let mut step = 0.5 * limits.longest_step(near);
+    let mut step = 0.5 * limits.longest_step(knot.near);
     for _ in 0..MOST_STEPS {
         let longest = limits.longest_step(knot.near);
         step = step.min(longest);
@@ -211,17 +273,9 @@ fn advance<const D: usize, S: Surface<D>>(
         let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
         let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
-        // What is off the surface, by the geometry just found.
-        let foot = stage.x - geometry.pseudo_inverse(&geometry.values);
-        let ahead = frame.coordinates(&stage.v);
-        let inverse = (ahead[0] * ahead[0] + ahead[1] * ahead[1]).sqrt().recip();
-        if !(inverse.is_finite() && error.is_finite()) {
+        let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry)?;
+        if !error.is_finite() {
             return None;
-        }
-        let mut frame = Frame { point: foot, ..frame }.turned(ahead.map(|a| a * inverse));
-        if frame.tangents[1].dot(&from.frame.tangents[1]) < 0.0 {
-            frame.tangents[1].neg_mut();
-            frame.second[1].neg_mut();
         }
         let shift = frame.second[0].norm() * surface.height_error(place);
         let radius = surface.resolution(place);
@@ -258,10 +312,11 @@ pub(crate) fn nearest<const D: usize, P: Copy>(graph: &Graph<D, P>, x: &Vector<D
 }
 
 /// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
+/// Place, nearest node and variance are the first knot's.
 pub(crate) fn between<const D: usize, P: Copy>(
     pair: [&Knot<D, P>; 2],
     length: f64,
-) -> Option<(Frame<D>, [f64; 2])> {
+) -> Option<Knot<D, P>> {
     let [a, b] = pair;
     let h = b.length - a.length;
     let s = (length - a.length) / h;
@@ -283,10 +338,12 @@ pub(crate) fn between<const D: usize, P: Copy>(
         ja[0] * w[0] + ja[1] * w[1] * h + ja[2] * w[2] * h * h + jb[0] * w[3] + jb[1] * w[4] * h
             + jb[2] * w[5] * h * h
     };
-    Some((
-        Frame::of_forms(point, [t, side], second),
-        [mix(&value), mix(&slope) / h],
-    ))
+    Some(Knot {
+        length,
+        frame: Frame::of_forms(point, [t, side], second),
+        jacobi: [mix(&value), mix(&slope) / h],
+        ..*a
+    })
 }
 
 /// Weights of value, slope and second derivative at 0 and then at 1 of the quintic at s, and of its slope.
