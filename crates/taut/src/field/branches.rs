@@ -11,10 +11,8 @@ pub(crate) struct Branch {
     /// In the node's frame.
     pub jet: Jet,
     pub source: u32,
-    /// Estimated error of the distance, of what the field adds to the surface's own.
+    /// Estimated error of the distance.
     pub error: f64,
-    /// Variance of the length by errors of the surface's height.
-    pub variance: f64,
     /// So near the source that distances are measured from there.
     pub at_source: bool,
     /// No ray came by: carried on along the graph.
@@ -36,7 +34,7 @@ pub(crate) const AT_SOURCE: f64 = 0.75;
 struct Group {
     first: Jet,
     source: u32,
-    variance: f64,
+    surface_error: f64,
     weight: f64,
     /// Sums of weight times the value less the first's.
     distance: f64,
@@ -76,8 +74,7 @@ impl Group {
                 change: self.change * inverse,
             },
             source: self.source,
-            error: (self.squares * inverse - mean * mean).max(0.0).sqrt(),
-            variance: self.variance,
+            error: (self.squares * inverse - mean * mean).max(0.0).sqrt() + self.surface_error,
             at_source: false,
             carried: false,
         }
@@ -112,7 +109,7 @@ pub(crate) fn branches<'a, const D: usize>(
             groups.push(Group {
                 first: jet,
                 source,
-                variance: sample.variance,
+                surface_error: sample.surface_error,
                 weight: 0.0,
                 distance: 0.0,
                 squares: 0.0,
@@ -141,8 +138,7 @@ pub(crate) fn branches<'a, const D: usize>(
         branches.push(Branch {
             jet: Jet::of_point(source, start, frame).unwrap_or(here),
             source: index,
-            error: 0.0,
-            variance: 0.0,
+            error: length * (length * source.curvature()).powi(4) / 24.0,
             at_source: true,
             carried: false,
         });

@@ -6,8 +6,9 @@ use crate::Vector;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{direction_at, norm};
 use crate::field::branches::Branch;
-use crate::field::{Field, Fields};
+use crate::field::{Field, Fields, ray};
 use crate::guess::Guide;
+use crate::surface::Node;
 use crate::surface::atlas::Atlas;
 
 /// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
@@ -79,6 +80,18 @@ impl<const D: usize> Field<D> {
 }
 
 impl<const D: usize> Fields<'_, D, Atlas<D>> {
+    /// The node of the graph nearest to each point of the cloud, on the point's sheet. Charts may own points
+    /// far from them on noisy clouds.
+    fn places(&self) -> &[u32] {
+        self.places.get_or_init(|| {
+            let atlas = self.geodesics.surface();
+            let points = atlas.cloud().points.par_iter().enumerate();
+            points
+                .map(|(i, x)| ray::nearest(self.geodesics.graph(), x, atlas.owner(i)))
+                .collect()
+        })
+    }
+
     /// The field at the points of the cloud, in the order of [`Cloud::points`](crate::cloud::Cloud::points).
     ///
     /// O(n), in parallel.
@@ -86,16 +99,25 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
         let atlas = self.geodesics.surface();
         let share = if atlas.is_noisy() { OFF_SURFACE } else { ON_SURFACE };
-        let points = &atlas.cloud().points;
+        let points = atlas.cloud().points.par_iter().zip(self.places());
         points
-            .par_iter()
-            .enumerate()
-            .map(|(i, x)| self.at_node(field, atlas.owner(i), x, share))
+            .map(|(x, place)| self.at_node(field, *place, x, share))
             .collect()
     }
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The field at a node of the surface; unreached where the graph has no node near it.
+    #[must_use]
+    pub fn at(&self, field: &Field<D>, node: &Node<D, S::Place>) -> Value<D> {
+        let entrances = self.geodesics.entrances(node);
+        let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        nearest.map_or_else(Value::unreached, |(near, _)| {
+            let near = ray::nearest(self.geodesics.graph(), &node.point, *near);
+            self.at_node(field, near, &node.point, ON_SURFACE)
+        })
+    }
+
     fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
         let Some(frame) = &self.frames[node as usize] else {
             return Value::unreached();

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use crate::Vector;
+use crate::correction::length::HeightErrors;
 use crate::field::frame::Frame;
 use crate::field::jet::Jet;
 use crate::field::ray::{self, Knot, Limits};
@@ -39,8 +40,8 @@ pub(crate) struct Sample<const D: usize> {
     pub jet: Jet,
     /// The nearest node of the graph.
     pub near: u32,
-    /// See [`Knot::variance`].
-    pub variance: f64,
+    /// Estimated error of the distance by that of the surface.
+    pub surface_error: f64,
 }
 
 /// A ray, with the length from which on it was needed.
@@ -115,7 +116,7 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
             jacobi: [0.0, 1.0],
             place: node.place,
             near,
-            variance: 0.0,
+            heights: HeightErrors::default(),
         });
         Ray {
             angle,
@@ -230,7 +231,7 @@ fn samples<const D: usize, P: Copy>(
                 change: change(steps).clamp(-most, most),
             },
             near,
-            variance: ray.knots[knot].variance,
+            surface_error: ray.knots[knot].heights.length_error(),
         });
         length += ALONG * spacing;
     }

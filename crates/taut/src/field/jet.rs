@@ -25,6 +25,9 @@ const LONGEST: f64 = 1.0;
 /// Rays drawing together must not come nearer than this share of their distance in one step.
 const FOCUS: f64 = 0.1;
 
+/// Square of how much longer than the step the growth may come out.
+const LONGER: f64 = 1.01;
+
 /// A step of the distance.
 struct Growth {
     /// By how much the distance grows.
@@ -128,8 +131,10 @@ impl Jet {
         let t = reached / (1.0 + spread);
         let z = gauss * t * t;
         let inverse = (1.0 + z).recip();
-        Some(Growth {
-            delta: 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0)))),
+        let delta = 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0))));
+        // No distance changes by more than the step.
+        (delta * delta <= LONGER * squared).then_some(Growth {
+            delta,
             spread,
             sn: 2.0 * t * inverse,
             cs: (1.0 - z) * inverse,

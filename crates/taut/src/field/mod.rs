@@ -10,6 +10,8 @@ mod ray;
 
 pub use evaluate::Value;
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use crate::error::Error;
@@ -20,7 +22,7 @@ use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node};
 use branches::Branch;
 use fan::{Reach, Sample};
-use frame::Frame;
+use frame::{Frame, ON_SURFACE};
 
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +58,8 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     frames: Vec<Option<Frame<D>>>,
     /// Distance from each node of the graph to its nearest ones.
     spacing: Vec<f64>,
+    /// The node nearest to each point of a cloud, once they have been asked for.
+    places: OnceLock<Vec<u32>>,
 }
 
 /// The distance from one or several sources, all over a surface.
@@ -67,9 +71,10 @@ pub struct Field<const D: usize> {
     sources: Vec<Frame<D>>,
     source_starts: Vec<f64>,
     max_distance: f64,
-    tolerance: f64,
 }
 
+/// Rays on a noisy surface need not be more accurate.
+const NOISY_TOLERANCE: f64 = 1e-4;
 /// Neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
 /// Jets near neighbours so many spacings away are looked at.
@@ -108,6 +113,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             geodesics,
             frames,
             spacing,
+            places: OnceLock::new(),
         })
     }
 
@@ -153,7 +159,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 bound: &upper,
                 longest: settings.max_distance - source.start,
                 detail: surface.detail(),
-                tolerance: settings.tolerance,
+                tolerance: self.tolerance(settings),
             };
             let at = (&source.node, &source_frames[i], near);
             let fan = fan::fan(surface, graph, &self.spacing, at, source.start, reachable, &reach);
@@ -186,6 +192,16 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             })
             .collect();
         march::carry_on(graph, &self.frames, &bound, &mut lists);
+        let tolerance = self.tolerance(settings);
+        let errors: Vec<f64> = (0..lists.len() as u32)
+            .into_par_iter()
+            .map(|node| self.disagreement(&lists, node))
+            .collect();
+        for (list, disagreement) in lists.iter_mut().zip(errors) {
+            for branch in list {
+                branch.error += disagreement + tolerance * branch.jet.distance.abs();
+            }
+        }
         let mut starts = vec![0];
         let mut flat = Vec::new();
         for list in lists {
@@ -198,8 +214,36 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             sources: source_frames,
             source_starts,
             max_distance: settings.max_distance,
-            tolerance: settings.tolerance,
         })
+    }
+
+    fn tolerance(&self, settings: &Settings) -> f64 {
+        if self.geodesics.surface().detail() > 0.0 {
+            settings.tolerance.max(NOISY_TOLERANCE)
+        } else {
+            settings.tolerance
+        }
+    }
+
+    /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
+    /// wrong by in between.
+    fn disagreement(&self, lists: &[Vec<Branch>], node: u32) -> f64 {
+        let Some(frame) = &self.frames[node as usize] else {
+            return 0.0;
+        };
+        let edges = self.geodesics.graph().edges(node).iter();
+        let nearest = edges.filter_map(|edge| {
+            let there = lists[edge.to as usize].first()?.jet.distance;
+            let other = self.frames[edge.to as usize].as_ref()?;
+            let v = frame.log(&other.point, ON_SURFACE);
+            let found = lists[node as usize].iter().map(|branch| {
+                let carried = branch.jet.distance_at(v, 0.5 * (frame.gauss + other.gauss));
+                carried.unwrap_or(branch.jet.distance + jet::norm(v))
+            });
+            Some((found.fold(f64::INFINITY, f64::min) - there).abs())
+        });
+        let errors = nearest.take(NEAREST).filter(|error| error.is_finite());
+        errors.fold(0.0, f64::max)
     }
 
     /// Distances along the graph, which are never too short: of all nodes not farther than the largest.
@@ -225,16 +269,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     }
 }
 
-/// The frame at a node's foot.
+/// The frame at a node.
 fn frame<const D: usize, S: Guide<D>>(
     surface: &S,
     node: &Node<D, S::Place>,
     geometry: &mut Geometry<D>,
 ) -> Option<Frame<D>> {
-    let mut place = node.place;
-    let foot = surface.foot(&node.point, &mut place, geometry)?;
-    let known = surface.geometry(&foot, place, geometry);
-    known.then(|| Frame::new(foot, geometry))
+    let known = surface.cheap_geometry(&node.point, node.place, geometry);
+    known.then(|| Frame::new(node.point, geometry))
 }
 
 /// For each node the indices of the items that lie nearest to it.

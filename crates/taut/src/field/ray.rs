@@ -5,6 +5,7 @@
 //! step x is put back onto the surface.
 
 use crate::Vector;
+use crate::correction::length::HeightErrors;
 use crate::field::frame::Frame;
 use crate::field::jet::norm;
 use crate::guess::graph::Graph;
@@ -22,8 +23,8 @@ pub(crate) struct Knot<const D: usize, P> {
     pub place: P,
     /// The nearest node of the graph.
     pub near: u32,
-    /// Along the way, what errors of the surface's height do to the length: variance.
-    pub variance: f64,
+    /// What errors of the surface's height do to the length.
+    pub heights: HeightErrors,
 }
 
 /// Where a ray ends, and how finely it is followed.
@@ -85,6 +86,8 @@ const MOST_STEPS: usize = 20_000;
 /// A ray ends where steps must be shorter than this share of the longest.
 const SHORTEST: f64 = 1e-3;
 
+/// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
+const FARTHEST_OFF: f64 = 0.03;
 /// A ray ends this share of the longest step beyond a rim.
 const OVER_RIM: f64 = 0.03;
 
@@ -131,18 +134,20 @@ fn frame_at<const D: usize, S: Surface<D>>(
     known.then(|| Frame::new(*x, geometry))
 }
 
-/// The frame, found with this geometry, put onto the surface and turned along `v`, the second tangent to the
-/// side given.
+/// The frame, found with this geometry, put onto the surface, which must not be farther, and turned along
+/// `v`, the second tangent to the side given.
 fn settled<const D: usize>(
     frame: Frame<D>,
     v: &Vector<D>,
     side: &Vector<D>,
     geometry: &Geometry<D>,
+    farthest: f64,
 ) -> Option<Frame<D>> {
-    let point = frame.point - geometry.pseudo_inverse(&geometry.values);
+    let off = geometry.pseudo_inverse(&geometry.values);
+    let point = frame.point - off;
     let ahead = frame.coordinates(v);
     let inverse = norm(ahead).recip();
-    if !(inverse.is_finite() && point.iter().all(|x| x.is_finite())) {
+    if !(inverse.is_finite() && off.norm() <= farthest) {
         return None;
     }
     let mut frame = Frame { point, ..frame }.turned(ahead.map(|a| a * inverse));
@@ -187,14 +192,14 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     let mut geometry = Geometry::new(D - 2);
     let mut place = a.place;
     let frame = frame_at(surface, &x, &mut place, &mut geometry)?;
-    let frame = settled(frame, &v, &a.frame.tangents[1], &geometry)?;
+    let frame = settled(frame, &v, &a.frame.tangents[1], &geometry, FARTHEST_OFF * apart)?;
     let side = frame.tangents[1];
     Some(Knot {
         length: a.length,
         jacobi: [spread.dot(&side), turning.dot(&side)],
         place,
         near: nearest(graph, &frame.point, a.near),
-        variance: 0.5 * (a.variance + b.variance),
+        heights: a.heights,
         frame,
     })
 }
@@ -214,7 +219,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     for _ in 0..MOST_STEPS {
         let longest = limits.longest_step(knot.near);
         step = step.min(longest);
-        let Some((next, error)) = advance(surface, &knot, step, &mut geometry) else {
+        let Some((next, error)) = advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry) else {
             step *= 0.5;
             if step < SHORTEST * longest {
                 break;
@@ -247,11 +252,12 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     knots
 }
 
-/// A step with its estimated error; `None` where it leaves what is known of the surface.
+/// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.
 fn advance<const D: usize, S: Surface<D>>(
     surface: &S,
     from: &Knot<D, S::Place>,
     step: f64,
+    farthest: f64,
     geometry: &mut Geometry<D>,
 ) -> Option<(Knot<D, S::Place>, f64)> {
     let start = State {
@@ -273,12 +279,13 @@ fn advance<const D: usize, S: Surface<D>>(
         let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
         let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
-        let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry)?;
+        let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry, farthest)?;
         if !error.is_finite() {
             return None;
         }
-        let shift = frame.second[0].norm() * surface.height_error(place);
-        let radius = surface.resolution(place);
+        let mut heights = from.heights;
+        let error_of_height = surface.height_error(place);
+        heights.add(step, frame.second[0].norm(), error_of_height, surface.resolution(place));
         return Some((
             Knot {
                 length: from.length + step,
@@ -286,7 +293,7 @@ fn advance<const D: usize, S: Surface<D>>(
                 jacobi: stage.j,
                 place,
                 near: from.near,
-                variance: from.variance + shift * shift * step * radius.max(step),
+                heights,
             },
             error,
         ));
@@ -312,7 +319,7 @@ pub(crate) fn nearest<const D: usize, P: Copy>(graph: &Graph<D, P>, x: &Vector<D
 }
 
 /// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
-/// Place, nearest node and variance are the first knot's.
+/// Place, nearest node and height errors are the first knot's.
 pub(crate) fn between<const D: usize, P: Copy>(
     pair: [&Knot<D, P>; 2],
     length: f64,

@@ -53,7 +53,7 @@ pub trait Surface<const D: usize>: Sync {
     }
 
     /// As [`geometry`](Self::geometry), of something that agrees with the surface to its estimated error and
-    /// costs less: one chart of a cloud.
+    /// costs less: one chart of a clean cloud.
     fn cheap_geometry(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>) -> bool {
         self.geometry(x, place, out)
     }
