@@ -60,13 +60,16 @@ impl<const D: usize> Field<D> {
                 continue;
             }
             let carried = branch.jet.distance_at(v, frame.gauss);
-            // Never too short.
+            // No branch is longer than along the step, or shorter than straight through space.
             let bound = branch.jet.distance + norm(v);
-            let distance = carried.map_or(bound, |carried| carried.min(bound));
+            let chord = self.sources[branch.source as usize].point - x;
+            let least = self.source_starts[branch.source as usize] + chord.norm();
+            let free = carried.map_or(bound, |carried| carried.min(bound));
+            let distance = free.max(least);
             if distance < value.distance {
                 value = Value {
                     distance,
-                    error: branch.error + if carried.is_some() { 0.0 } else { norm(v) },
+                    error: branch.error + (distance - free) + carried.map_or(norm(v), |_| 0.0),
                     source: branch.source,
                     direction: direction_at(frame, &branch.jet, v),
                 };
@@ -125,7 +128,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let mut value = field.at(node, frame, x, share);
         let focused = |branch: &Branch| branch.jet.curvature * self.spacing[node as usize] < -FOCUSED;
         if field.branches(node).iter().any(focused) {
-            for edge in self.geodesics.graph().edges(node) {
+            for edge in self.adjacent(node) {
                 if let Some(frame) = &self.frames[edge.to as usize] {
                     let other = field.at(edge.to, frame, x, share);
                     if other.distance < value.distance {

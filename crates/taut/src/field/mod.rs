@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
+use crate::guess::graph::Edge;
 use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node};
 use branches::Branch;
@@ -77,6 +78,8 @@ pub struct Field<const D: usize> {
 const NOISY_TOLERANCE: f64 = 1e-4;
 /// Neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
+/// Nodes right beside each other are at most this many spacings apart.
+const ADJACENT: f64 = 1.5;
 /// Jets near neighbours so many spacings away are looked at.
 const BESIDE: f64 = 2.6;
 
@@ -188,7 +191,17 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 let beside = around.iter().flat_map(|n| sources_by_node.of(*n)).map(|i| {
                     (&source_frames[*i as usize], source_starts[*i as usize], *i)
                 });
-                branches::branches(&frame, spacing, samples, beside)
+                let mut found = branches::branches(&frame, spacing, samples, beside);
+                for branch in &mut found {
+                    let source = branch.source as usize;
+                    let chord = (source_frames[source].point - frame.point).norm();
+                    let short = source_starts[source] + chord - branch.jet.distance;
+                    if short > 0.0 {
+                        branch.jet.distance += short;
+                        branch.error += short;
+                    }
+                }
+                found
             })
             .collect();
         march::carry_on(graph, &self.frames, &bound, &mut lists);
@@ -231,8 +244,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         let Some(frame) = &self.frames[node as usize] else {
             return 0.0;
         };
-        let edges = self.geodesics.graph().edges(node).iter();
-        let nearest = edges.filter_map(|edge| {
+        let nearest = self.adjacent(node).filter_map(|edge| {
             let there = lists[edge.to as usize].first()?.jet.distance;
             let other = self.frames[edge.to as usize].as_ref()?;
             let v = frame.log(&other.point, ON_SURFACE);
@@ -242,8 +254,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             });
             Some((found.fold(f64::INFINITY, f64::min) - there).abs())
         });
-        let errors = nearest.take(NEAREST).filter(|error| error.is_finite());
-        errors.fold(0.0, f64::max)
+        nearest.filter(|error| error.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// The edges from a node to those right beside it.
+    fn adjacent(&self, node: u32) -> impl Iterator<Item = &Edge> {
+        let farthest = ADJACENT * self.spacing[node as usize];
+        let edges = self.geodesics.graph().edges(node).iter();
+        edges.filter(move |edge| f64::from(edge.length) <= farthest)
     }
 
     /// Distances along the graph, which are never too short: of all nodes not farther than the largest.

@@ -88,6 +88,8 @@ const SHORTEST: f64 = 1e-3;
 
 /// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
 const FARTHEST_OFF: f64 = 0.03;
+/// How much longer than the step its chord may come out.
+const LONGER: f64 = 1.001;
 /// A ray ends this share of the longest step beyond a rim.
 const OVER_RIM: f64 = 0.03;
 
@@ -280,7 +282,8 @@ fn advance<const D: usize, S: Surface<D>>(
         let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
         let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry, farthest)?;
-        if !error.is_finite() {
+        let chord = (frame.point - start.x).norm();
+        if !(error.is_finite() && chord <= LONGER * step) {
             return None;
         }
         let mut heights = from.heights;
