@@ -68,7 +68,9 @@ pub enum Error {
         dimension: usize,
     },
     /// A field on a surface that is not two-dimensional.
-    #[error("fields of distances are for surfaces of dimension 2, this one has dimension {dimension}")]
+    #[error(
+        "fields of distances are for surfaces of dimension 2, this one has dimension {dimension}"
+    )]
     NotTwoDimensional {
         /// The surface's dimension.
         dimension: usize,

@@ -71,6 +71,22 @@ fn torus(count: usize) -> Case {
     }
 }
 
+/// A square of side 2 with a round hole of radius 0.4 in its middle, which hides half of it from the source.
+fn hole(count: usize) -> Case {
+    let sample = generate::plane_with_hole(count, 1.0, 0.4, 1);
+    let truth = (1..count)
+        .map(|i| {
+            let ends = (&sample.parameters[0], &sample.parameters[i]);
+            (i, closed_form::plane_with_hole(0.4, ends.0, ends.1))
+        })
+        .collect();
+    Case {
+        points: sample.points,
+        spacing: ((4.0 - 0.16 * PI) / count as f64).sqrt(),
+        truth,
+    }
+}
+
 /// A sheet of 4 by 1 rolled up, layers `gap` spacings apart; the innermost radius is the larger of a gap and 15 spacings
 /// for gaps below 8 spacings, and a gap else.
 fn roll(count: usize, gap: f64) -> Case {
@@ -93,7 +109,8 @@ fn roll(count: usize, gap: f64) -> Case {
     let sample = of_turns(low).random(count, 1);
     let source = (0..count)
         .min_by(|a, b| {
-            let off = |i: usize| (sample.parameters[i][0] - 0.2).hypot(sample.parameters[i][1] - 0.5);
+            let off =
+                |i: usize| (sample.parameters[i][0] - 0.2).hypot(sample.parameters[i][1] - 0.5);
             off(*a).total_cmp(&off(*b))
         })
         .unwrap_or(0);
@@ -143,9 +160,11 @@ fn measure(name: &str, case: &Case, tolerance: f64) -> Result<(), Box<dyn std::e
         .map(|(row, truth)| ((values[*row].distance / truth - 1.0).abs(), *row))
         .collect();
     errors.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let covered = case.truth.iter().filter(far).filter(|(row, truth)| {
-        (values[*row].distance - truth).abs() <= values[*row].error
-    });
+    let covered = case
+        .truth
+        .iter()
+        .filter(far)
+        .filter(|(row, truth)| (values[*row].distance - truth).abs() <= values[*row].error);
     let mean = errors.iter().map(|e| e.0).sum::<f64>() / errors.len() as f64;
     let later = seconds[1..].iter().copied().fold(f64::INFINITY, f64::min);
     println!(
@@ -191,6 +210,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let case = match shape {
             "sphere" => sphere(count, detail),
             "torus" => torus(count),
+            "hole" => hole(count),
             "roll" => roll(count, if detail > 0.0 { detail } else { 8.0 }),
             other => return Err(format!("unknown shape {other}").into()),
         };

@@ -22,8 +22,8 @@ pub(crate) struct Branch {
 /// Jets farther away than this many spacings are not looked at.
 const REACH: f64 = 1.6;
 /// Cosine between directions of one branch, and its distances' largest difference in spacings.
-const SAME_DIRECTION: f64 = 0.95;
-const SAME_DISTANCE: f64 = 0.3;
+const SAME_DIRECTION: f64 = 0.98;
+const SAME_DISTANCE: f64 = 0.1;
 /// Jets weigh (r^2 + (NEAREST spacings)^2)^-2.
 const NEAREST: f64 = 0.1;
 const MOST_BRANCHES: usize = 4;
@@ -45,9 +45,10 @@ struct Group {
 }
 
 impl Group {
-    fn takes(&self, jet: &Jet, spacing: f64) -> bool {
+    fn takes(&self, jet: &Jet, source: u32, spacing: f64) -> bool {
         let (a, b) = (self.first.gradient, jet.gradient);
-        a[0] * b[0] + a[1] * b[1] >= SAME_DIRECTION
+        self.source == source
+            && a[0] * b[0] + a[1] * b[1] >= SAME_DIRECTION
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
     }
 
@@ -96,14 +97,17 @@ pub(crate) fn branches<'a, const D: usize>(
                 .then(|| sample.jet.carried(&sample.frame, frame))
                 .flatten()?;
             let least = NEAREST * spacing;
-            let weight = (squared / (spacing * spacing) + least * least / (spacing * spacing)).powi(-2);
+            let weight =
+                (squared / (spacing * spacing) + least * least / (spacing * spacing)).powi(-2);
             Some((weight, jet, sample, source))
         })
         .collect();
     jets.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut groups: Vec<Group> = Vec::new();
     for (weight, jet, sample, source) in jets {
-        let mut group = groups.iter().position(|group| group.takes(&jet, spacing));
+        let mut group = groups
+            .iter()
+            .position(|group| group.takes(&jet, source, spacing));
         if group.is_none() && groups.len() < MOST_BRANCHES {
             group = Some(groups.len());
             groups.push(Group {
@@ -128,7 +132,9 @@ pub(crate) fn branches<'a, const D: usize>(
         if length > AT_SOURCE * spacing {
             continue;
         }
-        branches.retain(|b| b.source != index || (b.jet.distance - start - length).abs() > SAME_DISTANCE * spacing);
+        branches.retain(|b| {
+            b.source != index || (b.jet.distance - start - length).abs() > SAME_DISTANCE * spacing
+        });
         let here = Jet {
             distance: start + length,
             gradient: [1.0, 0.0],

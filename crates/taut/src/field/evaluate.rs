@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use crate::Vector;
-use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
-use crate::field::jet::{direction_at, norm};
 use crate::field::branches::Branch;
+use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
+use crate::field::jet::{bent, direction_at, norm};
 use crate::field::{Field, Fields, ray};
 use crate::guess::Guide;
 use crate::surface::Node;
@@ -49,12 +49,11 @@ impl<const D: usize> Field<D> {
                 let v = source.log(x, share);
                 let distance = self.source_starts[branch.source as usize] + norm(v);
                 if distance < value.distance {
-                    let direction = source.vector(v) + source.bend(v, v);
                     value = Value {
                         distance,
                         error: branch.error,
                         source: branch.source,
-                        direction: direction.try_normalize(0.0).unwrap_or_else(Vector::zeros),
+                        direction: bent(source, v, v),
                     };
                 }
                 continue;
@@ -101,7 +100,11 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     #[must_use]
     pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
         let atlas = self.geodesics.surface();
-        let share = if atlas.is_noisy() { OFF_SURFACE } else { ON_SURFACE };
+        let share = if atlas.is_noisy() {
+            OFF_SURFACE
+        } else {
+            ON_SURFACE
+        };
         let points = atlas.cloud().points.par_iter().zip(self.places());
         points
             .map(|(x, place)| self.at_node(field, *place, x, share))
@@ -126,7 +129,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return Value::unreached();
         };
         let mut value = field.at(node, frame, x, share);
-        let focused = |branch: &Branch| branch.jet.curvature * self.spacing[node as usize] < -FOCUSED;
+        let focused =
+            |branch: &Branch| branch.jet.curvature * self.spacing[node as usize] < -FOCUSED;
         if field.branches(node).iter().any(focused) {
             for edge in self.adjacent(node) {
                 if let Some(frame) = &self.frames[edge.to as usize] {

@@ -130,7 +130,6 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         .collect();
     let mut young = vec![true; rays.len()];
     let mut jets = 0;
-    let mut generations = 0;
     while jets <= MOST_JETS * reachable {
         let count = rays.len();
         let between: Vec<(usize, f64, f64)> = (0..count)
@@ -154,18 +153,12 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
             })
             .collect();
         jets += shot.iter().map(|ray| ray.knots.len()).sum::<usize>();
-        generations += 1;
         (rays, young) = merged(rays, between.iter().map(|b| b.0).zip(shot));
     }
     let count = rays.len();
-    if std::env::var_os("STATS").is_some() {
-        eprintln!("rays {count} generations {generations} knots {} kept {} length {}", rays.iter().map(|r| r.knots.len()).sum::<usize>(), rays.iter().map(|r| r.knots.iter().filter(|k| k.length >= r.needed_from).count()).sum::<usize>(), rays.iter().map(|r| r.end()).sum::<f64>());
-    }
     (0..count)
         .into_par_iter()
-        .flat_map_iter(|i| {
-            samples(&rays, i, graph, spacing, start)
-        })
+        .flat_map_iter(|i| samples(&rays, i, graph, spacing, start))
         .collect()
 }
 
@@ -206,7 +199,12 @@ fn samples<const D: usize, P: Copy>(
             knot += 1;
             near = ray.knots[knot].near;
         }
-        let Some(Knot { frame, jacobi: [j, slope], .. }) = ray.at(length) else {
+        let Some(Knot {
+            frame,
+            jacobi: [j, slope],
+            ..
+        }) = ray.at(length)
+        else {
             break;
         };
         near = ray::nearest(graph, &frame.point, near);
@@ -250,7 +248,11 @@ fn beside<const D: usize, P: Copy>(
     let count = rays.len();
     let mut step = 1;
     while step < count / 4 {
-        let other = if left { index + step } else { index + count - step } % count;
+        let other = if left {
+            index + step
+        } else {
+            index + count - step
+        } % count;
         let turn = (rays[other].angle - rays[index].angle).rem_euclid(TAU);
         let turn = if left { turn } else { turn - TAU };
         if turn.abs() >= least

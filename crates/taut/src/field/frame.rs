@@ -31,11 +31,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// From two orthonormal tangents and the second fundamental form of them.
-    pub fn of_forms(
-        point: Vector<D>,
-        tangents: [Vector<D>; 2],
-        second: [Vector<D>; 3],
-    ) -> Self {
+    pub fn of_forms(point: Vector<D>, tangents: [Vector<D>; 2], second: [Vector<D>; 3]) -> Self {
         let gauss = second[0].dot(&second[2]) - second[1].norm_squared();
         Self {
             point,

@@ -9,8 +9,12 @@ use crate::field::jet::{Jet, norm};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 
-/// Cosine between a jet's gradient and a step along which it may be carried: upwind only.
-const UPWIND: f64 = 0.6;
+/// Cosine between a jet's gradient and a step along which it may be carried: upwind only, and where rays end
+/// hardly beside them.
+const UPWIND: f64 = 0.8;
+const ALONG_RAYS: f64 = 0.97;
+/// Estimated error of a step, relative: nodes lie about half a spacing off the way round a hole.
+const ROUGH: f64 = 0.02;
 
 /// A node with a distance that others may take up, least first.
 #[derive(PartialEq)]
@@ -23,7 +27,10 @@ impl Eq for Waiting {}
 
 impl Ord for Waiting {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
+        other
+            .distance
+            .total_cmp(&self.distance)
+            .then(other.node.cmp(&self.node))
     }
 }
 
@@ -53,7 +60,9 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
         })
         .collect();
     let mut best = vec![f64::INFINITY; if heap.is_empty() { 0 } else { lists.len() }];
-    let mut open: Vec<bool> = (0..best.len() as u32).map(|node| empty(node, lists)).collect();
+    let mut open: Vec<bool> = (0..best.len() as u32)
+        .map(|node| empty(node, lists))
+        .collect();
     while let Some(Waiting { distance, node }) = heap.pop() {
         let i = node as usize;
         let (Some(from), Some(branch)) = (frames[i], lists[i].first().copied()) else {
@@ -89,13 +98,14 @@ fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Opti
     let length = norm(v);
     let along = v[0] * branch.jet.gradient[0] + v[1] * branch.jet.gradient[1];
     let bound = Jet::of_point(from, branch.jet.distance, to)?;
+    let cone = if branch.carried { UPWIND } else { ALONG_RAYS };
     let carried = branch.jet.carried(from, to);
-    let upwind = carried.filter(|jet| along >= UPWIND * length && jet.distance > branch.jet.distance);
-    let jet = upwind.filter(|jet| jet.distance <= bound.distance).unwrap_or(bound);
-    let lowest = carried.map_or(branch.jet.distance, |jet| jet.distance);
+    let upwind = carried.filter(|jet| along >= cone * length && jet.distance <= bound.distance);
+    let jet = upwind.unwrap_or(bound);
+    let least = branch.jet.distance + along.max(0.0);
     Some(Branch {
         jet,
-        error: branch.error + (jet.distance - lowest).abs().min(length),
+        error: branch.error + (jet.distance - least).max(0.0) + ROUGH * length,
         at_source: false,
         carried: true,
         ..*branch

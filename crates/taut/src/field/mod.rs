@@ -1,4 +1,31 @@
 //! Fields of geodesic distances: from one or several sources to everywhere on a two-dimensional surface.
+//!
+//! Rays leave the sources, geodesics that carry their Jacobi fields; the nodes of the graph take distance,
+//! gradient and front curvature from the rays near them, and points from their nearest node. This takes the
+//! place of correcting the path to every node [3.2, 3.3].
+//!
+//! ```
+//! use taut::field::{Fields, Settings, Source};
+//! use taut::{Vector, cloud::Cloud, geodesics::Geodesics, surface::atlas::Atlas};
+//!
+//! // 2000 points of the unit sphere, on a spiral.
+//! let rows: Vec<f64> = (0..2000)
+//!     .flat_map(|i| {
+//!         let z: f64 = 1.0 - (2 * i + 1) as f64 / 2000.0;
+//!         let (sin, cos) = (2.399963 * i as f64).sin_cos();
+//!         let radius = (1.0 - z * z).sqrt();
+//!         [radius * cos, radius * sin, z]
+//!     })
+//!     .collect();
+//! let geodesics = Geodesics::of_atlas(Atlas::new(Cloud::<3>::new(&rows, 3)?, 2)?);
+//! let fields = Fields::new(&geodesics)?;
+//! let node = geodesics.surface().node_near(&Vector::<3>::new(0.0, 0.0, 1.0))?;
+//! let field = fields.from(&[Source { node, start: 0.0 }], &Settings::default())?;
+//! let values = fields.at_points(&field);
+//! let farthest = values.iter().map(|value| value.distance).fold(0.0, f64::max);
+//! assert!((farthest - (1.0 / 2000.0 - 1.0_f64).acos()).abs() < 1e-3);
+//! # Ok::<(), taut::error::Error>(())
+//! ```
 
 mod branches;
 mod evaluate;
@@ -100,7 +127,10 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         let frames = graph
             .nodes
             .par_iter()
-            .map_init(|| Geometry::new(D - 2), |geometry, node| frame(surface, node, geometry))
+            .map_init(
+                || Geometry::new(D - 2),
+                |geometry, node| frame(surface, node, geometry),
+            )
             .collect();
         let spacing = (0..graph.nodes.len() as u32)
             .into_par_iter()
@@ -126,7 +156,11 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     ///
     /// # Errors
     /// [`Error::NoSources`] without any, [`Error::NoFoot`] where a source has no tangent plane.
-    pub fn from(&self, sources: &[Source<D, S::Place>], settings: &Settings) -> Result<Field<D>, Error> {
+    pub fn from(
+        &self,
+        sources: &[Source<D, S::Place>],
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
         if sources.is_empty() {
             return Err(Error::NoSources);
         }
@@ -141,8 +175,10 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 })
             })
             .collect::<Result<_, _>>()?;
-        let entrances: Vec<Vec<(u32, f32)>> =
-            sources.iter().map(|source| self.geodesics.entrances(&source.node)).collect();
+        let entrances: Vec<Vec<(u32, f32)>> = sources
+            .iter()
+            .map(|source| self.geodesics.entrances(&source.node))
+            .collect();
         let bound = self.bounds(sources, &entrances, settings.max_distance);
         let reachable = bound.reached().len();
         let near: Vec<Option<u32>> = entrances
@@ -165,13 +201,24 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 tolerance: self.tolerance(settings),
             };
             let at = (&source.node, &source_frames[i], near);
-            let fan = fan::fan(surface, graph, &self.spacing, at, source.start, reachable, &reach);
+            let fan = fan::fan(
+                surface,
+                graph,
+                &self.spacing,
+                at,
+                source.start,
+                reachable,
+                &reach,
+            );
             samples.extend(fan.into_iter().map(|sample| (sample, i as u32)));
         }
         let source_starts: Vec<f64> = sources.iter().map(|source| source.start).collect();
         let near_node = near.iter().map(|near| near.unwrap_or(u32::MAX));
         let sources_by_node = by_node(near_node, graph.nodes.len());
-        let by_node = by_node(samples.iter().map(|sample| sample.0.near), graph.nodes.len());
+        let by_node = by_node(
+            samples.iter().map(|sample| sample.0.near),
+            graph.nodes.len(),
+        );
         let mut lists: Vec<Vec<Branch>> = (0..graph.nodes.len() as u32)
             .into_par_iter()
             .map(|node| {
@@ -182,15 +229,17 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 let spacing = self.spacing[node as usize];
                 let edges = graph.edges(node).iter();
                 let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
-                let around: Vec<u32> =
-                    std::iter::once(node).chain(close.map(|edge| edge.to)).collect();
+                let around: Vec<u32> = std::iter::once(node)
+                    .chain(close.map(|edge| edge.to))
+                    .collect();
                 let samples = around.iter().flat_map(|n| by_node.of(*n)).map(|i| {
                     let (sample, source) = &samples[*i as usize];
                     (sample, *source)
                 });
-                let beside = around.iter().flat_map(|n| sources_by_node.of(*n)).map(|i| {
-                    (&source_frames[*i as usize], source_starts[*i as usize], *i)
-                });
+                let beside = around
+                    .iter()
+                    .flat_map(|n| sources_by_node.of(*n))
+                    .map(|i| (&source_frames[*i as usize], source_starts[*i as usize], *i));
                 let mut found = branches::branches(&frame, spacing, samples, beside);
                 for branch in &mut found {
                     let source = branch.source as usize;
@@ -254,7 +303,9 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             });
             Some((found.fold(f64::INFINITY, f64::min) - there).abs())
         });
-        nearest.filter(|error| error.is_finite()).fold(0.0, f64::max)
+        nearest
+            .filter(|error| error.is_finite())
+            .fold(0.0, f64::max)
     }
 
     /// The edges from a node to those right beside it.
@@ -277,7 +328,8 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             .iter()
             .zip(entrances)
             .flat_map(|(source, list)| {
-                list.iter().map(|(node, length)| (*node, length + source.start as f32))
+                list.iter()
+                    .map(|(node, length)| (*node, length + source.start as f32))
             })
             .collect();
         // A route along the graph is a few hundredths longer than the geodesic.
@@ -320,13 +372,18 @@ impl<const D: usize> Field<D> {
     /// The number of graph nodes without a distance.
     #[must_use]
     pub fn unreached_nodes(&self) -> usize {
-        self.starts.windows(2).filter(|pair| pair[0] == pair[1]).count()
+        self.starts
+            .windows(2)
+            .filter(|pair| pair[0] == pair[1])
+            .count()
     }
 
     /// The number of graph nodes that no ray came by, whose distances were carried on along the graph.
     #[must_use]
     pub fn carried_nodes(&self) -> usize {
         let starts = self.starts.windows(2).filter(|pair| pair[0] < pair[1]);
-        starts.filter(|pair| self.branches[pair[0] as usize].carried).count()
+        starts
+            .filter(|pair| self.branches[pair[0] as usize].carried)
+            .count()
     }
 }

@@ -132,7 +132,8 @@ fn frame_at<const D: usize, S: Surface<D>>(
     place: &mut S::Place,
     geometry: &mut Geometry<D>,
 ) -> Option<Frame<D>> {
-    let known = surface.find_place(x, place, geometry) && surface.cheap_geometry(x, *place, geometry);
+    let known =
+        surface.find_place(x, place, geometry) && surface.cheap_geometry(x, *place, geometry);
     known.then(|| Frame::new(*x, geometry))
 }
 
@@ -186,15 +187,22 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     let ((da, dda, ta), (db, ddb, tb)) = (across(a), across(b));
     let (xa, xb) = (a.frame.point, b.frame.point);
     let (va, vb) = (a.frame.tangents[0], b.frame.tangents[0]);
-    let x = (xa + xb) * 0.5 + (da - db) * (5.0 / 32.0 * angle) + (dda + ddb) * (angle * angle / 64.0);
-    let spread = (xb - xa) * (15.0 / 8.0 / angle) - (da + db) * (7.0 / 16.0)
-        + (ddb - dda) * (angle / 32.0);
+    let x =
+        (xa + xb) * 0.5 + (da - db) * (5.0 / 32.0 * angle) + (dda + ddb) * (angle * angle / 64.0);
+    let spread =
+        (xb - xa) * (15.0 / 8.0 / angle) - (da + db) * (7.0 / 16.0) + (ddb - dda) * (angle / 32.0);
     let v = (va + vb) * 0.5 + (ta - tb) * (angle / 8.0);
     let turning = (vb - va) * (1.5 / angle) - (ta + tb) * 0.25;
     let mut geometry = Geometry::new(D - 2);
     let mut place = a.place;
     let frame = frame_at(surface, &x, &mut place, &mut geometry)?;
-    let frame = settled(frame, &v, &a.frame.tangents[1], &geometry, FARTHEST_OFF * apart)?;
+    let frame = settled(
+        frame,
+        &v,
+        &a.frame.tangents[1],
+        &geometry,
+        FARTHEST_OFF * apart,
+    )?;
     let side = frame.tangents[1];
     Some(Knot {
         length: a.length,
@@ -221,7 +229,9 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     for _ in 0..MOST_STEPS {
         let longest = limits.longest_step(knot.near);
         step = step.min(longest);
-        let Some((next, error)) = advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry) else {
+        let Some((next, error)) =
+            advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry)
+        else {
             step *= 0.5;
             if step < SHORTEST * longest {
                 break;
@@ -288,7 +298,12 @@ fn advance<const D: usize, S: Surface<D>>(
         }
         let mut heights = from.heights;
         let error_of_height = surface.height_error(place);
-        heights.add(step, frame.second[0].norm(), error_of_height, surface.resolution(place));
+        heights.add(
+            step,
+            frame.second[0].norm(),
+            error_of_height,
+            surface.resolution(place),
+        );
         return Some((
             Knot {
                 length: from.length + step,
@@ -305,14 +320,22 @@ fn advance<const D: usize, S: Surface<D>>(
 }
 
 /// The node of the graph nearest to `x`, walking from one.
-pub(crate) fn nearest<const D: usize, P: Copy>(graph: &Graph<D, P>, x: &Vector<D>, from: u32) -> u32 {
+pub(crate) fn nearest<const D: usize, P: Copy>(
+    graph: &Graph<D, P>,
+    x: &Vector<D>,
+    from: u32,
+) -> u32 {
     let squared = |node: u32| (graph.nodes[node as usize].point - x).norm_squared();
     let mut best = (squared(from), from);
     loop {
         let edges = graph.edges(best.1).iter();
         let next = edges.fold(best, |best, edge| {
             let there = squared(edge.to);
-            if there < best.0 { (there, edge.to) } else { best }
+            if there < best.0 {
+                (there, edge.to)
+            } else {
+                best
+            }
         });
         if next.1 == best.1 {
             return best.1;
@@ -332,7 +355,10 @@ pub(crate) fn between<const D: usize, P: Copy>(
     let s = (length - a.length) / h;
     let (value, slope) = hermite(s);
     let mix = |w: &[f64; 6], a: [Vector<D>; 3], b: [Vector<D>; 3]| {
-        a[0] * w[0] + a[1] * (w[1] * h) + a[2] * (w[2] * h * h) + b[0] * w[3]
+        a[0] * w[0]
+            + a[1] * (w[1] * h)
+            + a[2] * (w[2] * h * h)
+            + b[0] * w[3]
             + b[1] * (w[4] * h)
             + b[2] * (w[5] * h * h)
     };
@@ -345,7 +371,11 @@ pub(crate) fn between<const D: usize, P: Copy>(
     let spread = |k: &Knot<D, P>| [k.jacobi[0], k.jacobi[1], -k.frame.gauss * k.jacobi[0]];
     let (ja, jb) = (spread(a), spread(b));
     let mix = |w: &[f64; 6]| {
-        ja[0] * w[0] + ja[1] * w[1] * h + ja[2] * w[2] * h * h + jb[0] * w[3] + jb[1] * w[4] * h
+        ja[0] * w[0]
+            + ja[1] * w[1] * h
+            + ja[2] * w[2] * h * h
+            + jb[0] * w[3]
+            + jb[1] * w[4] * h
             + jb[2] * w[5] * h * h
     };
     Some(Knot {
