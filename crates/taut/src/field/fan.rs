@@ -70,7 +70,7 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         if next.length == length {
             return Some(*next);
         }
-        ray::between([self.knots.get(after.checked_sub(1)?)?, next], length)
+        between([self.knots.get(after.checked_sub(1)?)?, next], length)
     }
 
     /// Curvature of the front, J' / J; `None` beyond the end.
@@ -97,13 +97,12 @@ impl<const D: usize, P: Copy> Ray<D, P> {
 /// Rays are shot between neighbours that part, generation by generation and in parallel.
 pub(crate) fn fan<const D: usize, S: Surface<D>>(
     surface: &S,
-    graph: &Graph<D, S::Place>,
-    spacing: &[f64],
     source: (&Node<D, S::Place>, &Frame<D>, u32),
     start: f64,
     reachable: usize,
-    limits: &impl Limits<D>,
+    limits: &Limits<D, S::Place>,
 ) -> Vec<Sample<D>> {
+    let (graph, spacing) = (limits.graph, limits.spacing);
     let (node, frame, near) = source;
     let shoot = |angle: f64, needed_from: f64, parents: Option<(&Ray<_, _>, &Ray<_, _>, f64)>| {
         let middle = parents.and_then(|(left, right, between)| {
@@ -121,7 +120,7 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         Ray {
             angle,
             needed_from,
-            knots: ray::shoot(surface, graph, start, limits),
+            knots: ray::shoot(surface, start, limits),
         }
     };
     let mut rays: Vec<Ray<D, S::Place>> = (0..FIRST_RAYS)
@@ -160,6 +159,69 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         .into_par_iter()
         .flat_map_iter(|i| samples(&rays, i, graph, spacing, start))
         .collect()
+}
+
+/// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
+/// Place, nearest node and height errors are the first knot's.
+fn between<const D: usize, P: Copy>(pair: [&Knot<D, P>; 2], length: f64) -> Option<Knot<D, P>> {
+    let [a, b] = pair;
+    let h = b.length - a.length;
+    let s = (length - a.length) / h;
+    let (value, slope) = hermite(s);
+    let mix = |w: &[f64; 6], a: [Vector<D>; 3], b: [Vector<D>; 3]| {
+        a[0] * w[0]
+            + a[1] * (w[1] * h)
+            + a[2] * (w[2] * h * h)
+            + b[0] * w[3]
+            + b[1] * (w[4] * h)
+            + b[2] * (w[5] * h * h)
+    };
+    let known = |k: &Knot<D, P>| [k.frame.point, k.frame.tangents[0], k.frame.second[0]];
+    let point = mix(&value, known(a), known(b));
+    let t = (mix(&slope, known(a), known(b)) / h).normalize();
+    let side = a.frame.tangents[1] * (1.0 - s) + b.frame.tangents[1] * s;
+    let side = (side - t * t.dot(&side)).try_normalize(1e-6)?;
+    let second = std::array::from_fn(|i| a.frame.second[i] * (1.0 - s) + b.frame.second[i] * s);
+    let spread = |k: &Knot<D, P>| [k.jacobi[0], k.jacobi[1], -k.frame.gauss * k.jacobi[0]];
+    let (ja, jb) = (spread(a), spread(b));
+    let mix = |w: &[f64; 6]| {
+        ja[0] * w[0]
+            + ja[1] * w[1] * h
+            + ja[2] * w[2] * h * h
+            + jb[0] * w[3]
+            + jb[1] * w[4] * h
+            + jb[2] * w[5] * h * h
+    };
+    Some(Knot {
+        length,
+        frame: Frame::of_forms(point, [t, side], second),
+        jacobi: [mix(&value), mix(&slope) / h],
+        ..*a
+    })
+}
+
+/// Weights of value, slope and second derivative at 0 and then at 1 of the quintic at s, and of its slope.
+fn hermite(s: f64) -> ([f64; 6], [f64; 6]) {
+    let (s2, s3) = (s * s, s * s * s);
+    let (s4, s5) = (s2 * s2, s2 * s3);
+    (
+        [
+            1.0 - 10.0 * s3 + 15.0 * s4 - 6.0 * s5,
+            s - 6.0 * s3 + 8.0 * s4 - 3.0 * s5,
+            0.5 * s2 - 1.5 * s3 + 1.5 * s4 - 0.5 * s5,
+            10.0 * s3 - 15.0 * s4 + 6.0 * s5,
+            -4.0 * s3 + 7.0 * s4 - 3.0 * s5,
+            0.5 * s3 - s4 + 0.5 * s5,
+        ],
+        [
+            -30.0 * s2 + 60.0 * s3 - 30.0 * s4,
+            1.0 - 18.0 * s2 + 32.0 * s3 - 15.0 * s4,
+            s - 4.5 * s2 + 6.0 * s3 - 2.5 * s4,
+            30.0 * s2 - 60.0 * s3 + 30.0 * s4,
+            -12.0 * s2 + 28.0 * s3 - 15.0 * s4,
+            1.5 * s2 - 4.0 * s3 + 2.5 * s4,
+        ],
+    )
 }
 
 /// The rays with new ones, each after the one of an index, and which are new.
@@ -275,44 +337,5 @@ fn change(sides: [Option<(f64, f64)>; 2]) -> f64 {
         [Some((a, fa)), Some((b, fb))] => (fa * b / a - fb * a / b) / (b - a),
         [Some((a, fa)), None] | [None, Some((a, fa))] => fa / a,
         [None, None] => 0.0,
-    }
-}
-
-/// Where the rays of a field end: past the distances along the graph, which are never too short, or past the
-/// distance asked for.
-pub(crate) struct Reach<'a, const D: usize, P> {
-    pub graph: &'a Graph<D, P>,
-    /// Of the graph's nodes.
-    pub spacing: &'a [f64],
-    /// Upper bounds of the distance of the graph's nodes, less the source's own start.
-    pub bound: &'a (dyn Fn(u32) -> f64 + Sync),
-    pub longest: f64,
-    pub detail: f64,
-    pub tolerance: f64,
-}
-
-/// Steps of rays are at most this many spacings of the graph's nodes long.
-const LONGEST_STEP: f64 = 8.0;
-/// Rays go on past a bound by this many spacings.
-const PAST: f64 = 2.0;
-
-impl<const D: usize, P: Copy + Sync> Limits<D> for Reach<'_, D, P> {
-    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
-        let slack = PAST * self.spacing[near as usize];
-        let off = (point - self.graph.nodes[near as usize].point).norm();
-        length > self.longest + slack || length > (self.bound)(near) + off + slack
-    }
-
-    fn longest_step(&self, near: u32) -> f64 {
-        let step = LONGEST_STEP * self.spacing[near as usize];
-        if self.detail > 0.0 {
-            step.min(self.detail)
-        } else {
-            step
-        }
-    }
-
-    fn tolerance(&self) -> f64 {
-        self.tolerance
     }
 }

@@ -124,7 +124,7 @@ impl Jet {
         let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
         // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
         let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
-        if !(discriminant > least) {
+        if discriminant <= least || discriminant.is_nan() {
             return None;
         }
         let spread = discriminant.sqrt();

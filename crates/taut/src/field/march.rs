@@ -9,10 +9,9 @@ use crate::field::jet::{Jet, norm};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 
-/// Cosine between a jet's gradient and a step along which it may be carried: upwind only, and where rays end
-/// hardly beside them.
-const UPWIND: f64 = 0.8;
-const ALONG_RAYS: f64 = 0.97;
+/// Cosine between a jet's gradient and a step along which it may be carried: upwind only, and hardly to the
+/// side, as the hole's rim may be in the way.
+const UPWIND: f64 = 0.985;
 /// Estimated error of a step, relative: nodes lie about half a spacing off the way round a hole.
 const ROUGH: f64 = 0.02;
 
@@ -98,9 +97,8 @@ fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Opti
     let length = norm(v);
     let along = v[0] * branch.jet.gradient[0] + v[1] * branch.jet.gradient[1];
     let bound = Jet::of_point(from, branch.jet.distance, to)?;
-    let cone = if branch.carried { UPWIND } else { ALONG_RAYS };
     let carried = branch.jet.carried(from, to);
-    let upwind = carried.filter(|jet| along >= cone * length && jet.distance <= bound.distance);
+    let upwind = carried.filter(|jet| along >= UPWIND * length && jet.distance <= bound.distance);
     let jet = upwind.unwrap_or(bound);
     let least = branch.jet.distance + along.max(0.0);
     Some(Branch {

@@ -49,8 +49,9 @@ use crate::guess::graph::Edge;
 use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node};
 use branches::Branch;
-use fan::{Reach, Sample};
+use fan::Sample;
 use frame::{Frame, ON_SURFACE};
+use ray::Limits;
 
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]
@@ -192,7 +193,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         for (i, source) in sources.iter().enumerate() {
             let Some(near) = near[i] else { continue };
             let upper = |node: u32| f64::from(bound.distance(node)) - source.start;
-            let reach = Reach {
+            let limits = Limits {
                 graph,
                 spacing: &self.spacing,
                 bound: &upper,
@@ -201,15 +202,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 tolerance: self.tolerance(settings),
             };
             let at = (&source.node, &source_frames[i], near);
-            let fan = fan::fan(
-                surface,
-                graph,
-                &self.spacing,
-                at,
-                source.start,
-                reachable,
-                &reach,
-            );
+            let fan = fan::fan(surface, at, source.start, reachable, &limits);
             samples.extend(fan.into_iter().map(|sample| (sample, i as u32)));
         }
         let source_starts: Vec<f64> = sources.iter().map(|source| source.start).collect();

@@ -27,16 +27,42 @@ pub(crate) struct Knot<const D: usize, P> {
     pub heights: HeightErrors,
 }
 
-/// Where a ray ends, and how finely it is followed.
-pub(crate) trait Limits<const D: usize>: Sync {
-    /// The ray is of no interest any more.
-    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool;
-
-    /// The longest step.
-    fn longest_step(&self, near: u32) -> f64;
-
+/// Where rays end and how finely they are followed: past the distances along the graph, which are never too
+/// short, or past the distance asked for.
+pub(crate) struct Limits<'a, const D: usize, P> {
+    pub graph: &'a Graph<D, P>,
+    /// Of the graph's nodes.
+    pub spacing: &'a [f64],
+    /// Upper bounds of the distance of the graph's nodes, less the source's own start.
+    pub bound: &'a (dyn Fn(u32) -> f64 + Sync),
+    pub longest: f64,
+    /// Wavelength of the surface's finest detail, 0 where steps need not follow any.
+    pub detail: f64,
     /// Estimated error of a step that is allowed, relative to its length.
-    fn tolerance(&self) -> f64;
+    pub tolerance: f64,
+}
+
+/// Steps of rays are at most this many spacings of the graph's nodes long.
+const LONGEST_STEP: f64 = 8.0;
+/// Rays go on past a bound by this many spacings.
+const PAST: f64 = 2.0;
+
+impl<const D: usize, P: Copy> Limits<'_, D, P> {
+    /// The ray is of no interest any more.
+    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
+        let slack = PAST * self.spacing[near as usize];
+        let off = (point - self.graph.nodes[near as usize].point).norm();
+        length > self.longest + slack || length > (self.bound)(near) + off + slack
+    }
+
+    fn longest_step(&self, near: u32) -> f64 {
+        let step = LONGEST_STEP * self.spacing[near as usize];
+        if self.detail > 0.0 {
+            step.min(self.detail)
+        } else {
+            step
+        }
+    }
 }
 
 /// Stages: where on the step, and the weights of the stages before.
@@ -218,9 +244,8 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
 /// surface ends.
 pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     surface: &S,
-    graph: &Graph<D, S::Place>,
     start: Knot<D, S::Place>,
-    limits: &impl Limits<D>,
+    limits: &Limits<D, S::Place>,
 ) -> Vec<Knot<D, S::Place>> {
     let mut geometry = Geometry::new(D - 2);
     let mut knot = start;
@@ -238,7 +263,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             }
             continue;
         };
-        let excess = error / (limits.tolerance() * step);
+        let excess = error / (limits.tolerance * step);
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
         if excess > 1.0 && step > SHORTEST * longest {
             step *= change.max(0.2);
@@ -254,7 +279,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             continue;
         }
         knot = next;
-        knot.near = nearest(graph, point, knot.near);
+        knot.near = nearest(limits.graph, point, knot.near);
         knots.push(knot);
         if knot.jacobi[0] <= 0.0 || limits.beyond(knot.length, point, knot.near) {
             break;
@@ -342,70 +367,4 @@ pub(crate) fn nearest<const D: usize, P: Copy>(
         }
         best = next;
     }
-}
-
-/// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
-/// Place, nearest node and height errors are the first knot's.
-pub(crate) fn between<const D: usize, P: Copy>(
-    pair: [&Knot<D, P>; 2],
-    length: f64,
-) -> Option<Knot<D, P>> {
-    let [a, b] = pair;
-    let h = b.length - a.length;
-    let s = (length - a.length) / h;
-    let (value, slope) = hermite(s);
-    let mix = |w: &[f64; 6], a: [Vector<D>; 3], b: [Vector<D>; 3]| {
-        a[0] * w[0]
-            + a[1] * (w[1] * h)
-            + a[2] * (w[2] * h * h)
-            + b[0] * w[3]
-            + b[1] * (w[4] * h)
-            + b[2] * (w[5] * h * h)
-    };
-    let known = |k: &Knot<D, P>| [k.frame.point, k.frame.tangents[0], k.frame.second[0]];
-    let point = mix(&value, known(a), known(b));
-    let t = (mix(&slope, known(a), known(b)) / h).normalize();
-    let side = a.frame.tangents[1] * (1.0 - s) + b.frame.tangents[1] * s;
-    let side = (side - t * t.dot(&side)).try_normalize(1e-6)?;
-    let second = std::array::from_fn(|i| a.frame.second[i] * (1.0 - s) + b.frame.second[i] * s);
-    let spread = |k: &Knot<D, P>| [k.jacobi[0], k.jacobi[1], -k.frame.gauss * k.jacobi[0]];
-    let (ja, jb) = (spread(a), spread(b));
-    let mix = |w: &[f64; 6]| {
-        ja[0] * w[0]
-            + ja[1] * w[1] * h
-            + ja[2] * w[2] * h * h
-            + jb[0] * w[3]
-            + jb[1] * w[4] * h
-            + jb[2] * w[5] * h * h
-    };
-    Some(Knot {
-        length,
-        frame: Frame::of_forms(point, [t, side], second),
-        jacobi: [mix(&value), mix(&slope) / h],
-        ..*a
-    })
-}
-
-/// Weights of value, slope and second derivative at 0 and then at 1 of the quintic at s, and of its slope.
-fn hermite(s: f64) -> ([f64; 6], [f64; 6]) {
-    let (s2, s3) = (s * s, s * s * s);
-    let (s4, s5) = (s2 * s2, s2 * s3);
-    (
-        [
-            1.0 - 10.0 * s3 + 15.0 * s4 - 6.0 * s5,
-            s - 6.0 * s3 + 8.0 * s4 - 3.0 * s5,
-            0.5 * s2 - 1.5 * s3 + 1.5 * s4 - 0.5 * s5,
-            10.0 * s3 - 15.0 * s4 + 6.0 * s5,
-            -4.0 * s3 + 7.0 * s4 - 3.0 * s5,
-            0.5 * s3 - s4 + 0.5 * s5,
-        ],
-        [
-            -30.0 * s2 + 60.0 * s3 - 30.0 * s4,
-            1.0 - 18.0 * s2 + 32.0 * s3 - 15.0 * s4,
-            s - 4.5 * s2 + 6.0 * s3 - 2.5 * s4,
-            30.0 * s2 - 60.0 * s3 + 30.0 * s4,
-            -12.0 * s2 + 28.0 * s3 - 15.0 * s4,
-            1.5 * s2 - 4.0 * s3 + 2.5 * s4,
-        ],
-    )
 }
