@@ -83,6 +83,14 @@ pub enum Error {
         /// Number of variables.
         dimension: usize,
     },
+    /// A field on a surface that is not two-dimensional.
+    #[error(
+        "fields of distances are for surfaces of dimension 2, this one has dimension {dimension}"
+    )]
+    NotTwoDimensional {
+        /// The surface's dimension.
+        dimension: usize,
+    },
     /// No source for particles to leave from.
     #[error("no source: particles need a point of the surface to start from")]
     NoSources,

@@ -61,6 +61,11 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         &self.surface
     }
 
+    /// The graph that first guesses are found on.
+    pub(crate) fn graph(&self) -> &Graph<D, S::Place> {
+        &self.graph
+    }
+
     /// The number of graph nodes of each component of the surface, largest first.
     #[must_use]
     pub fn component_sizes(&self) -> &[usize] {
@@ -185,7 +190,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     }
 
     /// The nodes of the graph that a point is joined to, and how long the joins are.
-    fn entrances(&self, node: &Node<D, S::Place>) -> Vec<(u32, f32)> {
+    pub(crate) fn entrances(&self, node: &Node<D, S::Place>) -> Vec<(u32, f32)> {
         let mut list = Vec::new();
         self.surface.entrances(node, &mut |i| {
             let length = (self.graph.nodes[i as usize].point - node.point).norm();

@@ -28,6 +28,7 @@
 pub mod cloud;
 pub mod correction;
 pub mod error;
+pub mod field;
 pub mod geodesics;
 pub mod guess;
 pub mod result;

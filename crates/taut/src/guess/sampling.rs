@@ -444,6 +444,10 @@ impl<const D: usize, E: Equations<D>> Surface<D> for Sampled<D, E> {
         self.surface.foot(x, place, scratch)
     }
 
+    fn find_place(&self, x: &Vector<D>, place: &mut (), scratch: &mut Geometry<D>) -> bool {
+        self.surface.find_place(x, place, scratch)
+    }
+
     fn geometry(&self, x: &Vector<D>, place: (), out: &mut Geometry<D>) -> bool {
         self.surface.geometry(x, place, out)
     }

@@ -111,6 +111,10 @@ impl<const D: usize, E: Equations<D>> Surface<D> for ImplicitSurface<D, E> {
         level_set::foot(self, x, place, scratch)
     }
 
+    fn find_place(&self, _x: &Vector<D>, _place: &mut (), _scratch: &mut Geometry<D>) -> bool {
+        true
+    }
+
     fn geometry(&self, x: &Vector<D>, _place: (), out: &mut Geometry<D>) -> bool {
         self.equations
             .hessians(x, &mut out.values, &mut out.gradients, &mut out.hessians);

@@ -41,6 +41,23 @@ pub trait Surface<const D: usize>: Sync {
     /// Returns `false`, leaving `out` unspecified, where the surface has no tangent space.
     fn geometry(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>) -> bool;
 
+    /// Brings `place` up to date for a point `x` near the surface; `false` where the surface knows nothing
+    /// of `x`. `scratch` is overwritten.
+    fn find_place(
+        &self,
+        x: &Vector<D>,
+        place: &mut Self::Place,
+        scratch: &mut Geometry<D>,
+    ) -> bool {
+        self.foot(x, place, scratch).is_some()
+    }
+
+    /// As [`geometry`](Self::geometry), of something that agrees with the surface to its estimated error and
+    /// costs less: one chart of a clean cloud.
+    fn cheap_geometry(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>) -> bool {
+        self.geometry(x, place, out)
+    }
+
     /// How far `x` lies beyond the known extent of the surface (a hole or rim of a point cloud), and
     /// the gradient of that depth; `None` inside, and everywhere on a surface without rims.
     fn beyond_rim(&self, _x: &Vector<D>, _place: Self::Place) -> Option<(f64, Vector<D>)> {

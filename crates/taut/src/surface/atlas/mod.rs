@@ -176,6 +176,16 @@ impl<const D: usize> Atlas<D> {
         })
     }
 
+    /// The chart of a point of the cloud.
+    pub(crate) fn owner(&self, point: usize) -> ChartIndex {
+        self.owners[point]
+    }
+
+    /// The points lie off the surface by more than it errs.
+    pub(crate) fn is_noisy(&self) -> bool {
+        self.detail > 0.0
+    }
+
     /// The foot of `x` seen from a chart or, where the iteration does not arrive from there, from the
     /// nearest of its neighbours from which it does.
     fn pulled(
@@ -270,16 +280,26 @@ impl<const D: usize> Atlas<D> {
             } else {
                 home_chart.equation(&self.monomials, m, a, &(x - home_chart.origin))
             };
-            out.values[a] = jet.value;
-            out.gradients[a] = jet.gradient;
-            if HESSIANS {
-                let hessian = &mut out.hessians[a];
-                for j in 0..D {
-                    for i in j..D {
-                        hessian[(i, j)] = jet.hessian[(i, j)];
-                        hessian[(j, i)] = jet.hessian[(i, j)];
-                    }
-                }
+            put(&jet, a, out);
+        }
+    }
+}
+
+/// Puts an equation's derivatives where a surface's are looked for.
+#[inline(always)]
+fn put<const D: usize, const HESSIAN: bool>(
+    jet: &Jet<D, HESSIAN>,
+    equation: usize,
+    out: &mut Geometry<D>,
+) {
+    out.values[equation] = jet.value;
+    out.gradients[equation] = jet.gradient;
+    if HESSIAN {
+        let hessian = &mut out.hessians[equation];
+        for j in 0..D {
+            for i in j..D {
+                hessian[(i, j)] = jet.hessian[(i, j)];
+                hessian[(j, i)] = jet.hessian[(i, j)];
             }
         }
     }
@@ -342,6 +362,27 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     fn geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
         self.blend::<true>(x, place, out);
         out.factor()
+    }
+
+    fn cheap_geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
+        if self.is_noisy() {
+            return self.geometry(x, place, out);
+        }
+        let (chart, m) = (&self.charts[place as usize], out.codimension);
+        for a in 0..m {
+            let jet = chart.equation::<true>(&self.monomials, m, a, &(x - chart.origin));
+            put(&jet, a, out);
+        }
+        out.factor()
+    }
+
+    fn find_place(
+        &self,
+        x: &Vector<D>,
+        place: &mut ChartIndex,
+        _scratch: &mut Geometry<D>,
+    ) -> bool {
+        self.locate(x, place)
     }
 
     fn beyond_rim(&self, x: &Vector<D>, place: ChartIndex) -> Option<(f64, Vector<D>)> {

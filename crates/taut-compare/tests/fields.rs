@@ -1,0 +1,235 @@
+//! Fields of distances on clouds and equations against known truth.
+
+use std::f64::consts::PI;
+
+use taut::cloud::Cloud;
+use taut::field::{Field, Fields, Settings, Source, Value};
+use taut::geodesics::Geodesics;
+use taut::surface::atlas::Atlas;
+use taut::surface::implicit::{Equation, ImplicitSurface};
+use taut::{Matrix, Vector};
+use taut_compare::shooting::Fan;
+use taut_compare::surface::Torus;
+use taut_compare::{closed_form, generate};
+
+fn geodesics(points: &[[f64; 3]]) -> Geodesics<3, Atlas<3>> {
+    let cloud = Cloud::<3>::new(points.as_flattened(), 3).expect("a cloud");
+    Geodesics::of_atlas(Atlas::new(cloud, 2).expect("a surface"))
+}
+
+/// The field from some rows with their start values, at all points.
+fn field(
+    geodesics: &Geodesics<3, Atlas<3>>,
+    rows: &[(usize, f64)],
+    settings: &Settings,
+) -> (Field<3>, Vec<Value<3>>) {
+    let sources: Vec<_> = rows
+        .iter()
+        .map(|(row, start)| Source {
+            node: geodesics.surface().node_of_row(*row).expect("a foot"),
+            start: *start,
+        })
+        .collect();
+    let fields = Fields::new(geodesics).expect("a surface of dimension 2");
+    let field = fields.from(&sources, settings).expect("a field");
+    let values = fields.at_points(&field);
+    (field, values)
+}
+
+/// Mean and largest relative error, and the share of errors within their estimates, of rows farther than `near`.
+fn judged(values: &[Value<3>], truth: &[(usize, f64)], near: f64) -> [f64; 3] {
+    let (mut sum, mut most, mut covered, mut count) = (0.0, 0.0_f64, 0.0, 0.0);
+    for (row, truth) in truth.iter().filter(|(_, truth)| *truth >= near) {
+        let error = (values[*row].distance - truth).abs();
+        sum += error / truth;
+        most = most.max(error / truth);
+        covered += f64::from(u8::from(error <= values[*row].error));
+        count += 1.0;
+    }
+    [sum / count, most, covered / count]
+}
+
+#[test]
+fn sphere() {
+    let points = generate::sphere::<3>(10_000, 1.0, 1);
+    let (field, values) = field(&geodesics(&points), &[(0, 0.0)], &Settings::default());
+    let truth: Vec<_> = (1..points.len())
+        .map(|i| (i, closed_form::sphere(1.0, &points[0], &points[i])))
+        .collect();
+    let [mean, most, covered] = judged(&values, &truth, 0.18);
+    assert!(mean < 1e-6 && most < 3e-4, "{mean:e} {most:e}");
+    assert!(covered > 0.98, "{covered}");
+    assert_eq!((field.unreached_nodes(), field.carried_nodes()), (0, 0));
+    let mut turned = 0.0;
+    for (row, distance) in truth.iter().filter(|t| t.1 > 0.2 && t.1 < 3.0) {
+        let [from, to] = [
+            Vector::<3>::from(points[0]),
+            Vector::<3>::from(points[*row]),
+        ];
+        let direction = (to * distance.cos() - from) / distance.sin();
+        turned += (values[*row].direction - direction).norm() / points.len() as f64;
+    }
+    assert!(turned < 1e-3, "{turned:e}");
+}
+
+#[test]
+fn torus() {
+    let shape = Torus {
+        major: 1.0,
+        minor: 0.4,
+    };
+    let points = generate::torus(10_000, &shape, 1).points;
+    let (_, values) = field(&geodesics(&points), &[(0, 0.0)], &Settings::default());
+    let fan = Fan::new(&shape, points[0], 5.0);
+    let truth: Vec<_> = (1..points.len())
+        .step_by(20)
+        .filter_map(|i| Some((i, fan.geodesics(points[i], 5.0).first()?.length)))
+        .collect();
+    assert!(truth.len() > 480);
+    let [mean, most, covered] = judged(&values, &truth, 0.2);
+    assert!(mean < 1e-5 && most < 1e-3, "{mean:e} {most:e}");
+    assert!(covered > 0.98, "{covered}");
+}
+
+#[test]
+fn roll_with_near_layers_is_not_joined() {
+    let spacing = (4.0 / 10_000.0_f64).sqrt();
+    let shape = generate::Roll {
+        inner_radius: 15.0 * spacing,
+        gap: 2.0 * spacing,
+        turns: 1.9,
+    };
+    let sample = shape.random(10_000, 1);
+    let (field, values) = field(
+        &geodesics(&sample.points),
+        &[(0, 0.0)],
+        &Settings::default(),
+    );
+    let truth: Vec<_> = (1..sample.points.len())
+        .map(|i| {
+            (
+                i,
+                closed_form::sheet(&sample.parameters[0], &sample.parameters[i]),
+            )
+        })
+        .collect();
+    let [mean, most, covered] = judged(&values, &truth, 5.0 * spacing);
+    assert!(mean < 1e-5 && most < 2e-2, "{mean:e} {most:e}");
+    assert!(covered > 0.98, "{covered}");
+    assert_eq!(field.unreached_nodes(), 0);
+}
+
+#[test]
+fn several_sources_with_start_values() {
+    let points = generate::sphere::<3>(10_000, 1.0, 1);
+    let starts = [(0, 0.0), (17, 0.4), (4711, 0.1)];
+    let (_, values) = field(&geodesics(&points), &starts, &Settings::default());
+    for (i, value) in values.iter().enumerate() {
+        let ways =
+            starts.map(|(row, start)| start + closed_form::sphere(1.0, &points[row], &points[i]));
+        let least = ways.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(
+            (value.distance - least).abs() < 1e-4,
+            "{i}: {value:?} {least}"
+        );
+        assert!(ways[value.source as usize] < least + 1e-4, "{i}: {value:?}");
+    }
+}
+
+#[test]
+fn what_is_not_connected_is_infinitely_far() {
+    let mut points = generate::sphere::<3>(3_000, 1.0, 1);
+    let other = generate::sphere::<3>(2_000, 0.5, 2);
+    points.extend(other.iter().map(|[x, y, z]| [x + 5.0, *y, *z]));
+    let (field, values) = field(&geodesics(&points), &[(0, 0.0)], &Settings::default());
+    let unreached = values
+        .iter()
+        .filter(|value| value.distance == f64::INFINITY);
+    assert_eq!(unreached.count(), 2_000);
+    assert!(values[3_000..].iter().all(|value| value.source == u32::MAX));
+    assert!(field.unreached_nodes() > 0);
+}
+
+#[test]
+fn largest_distance_ends_the_field() {
+    let points = generate::sphere::<3>(10_000, 1.0, 1);
+    let geodesics = geodesics(&points);
+    let settings = Settings {
+        max_distance: 0.7,
+        ..Settings::default()
+    };
+    let (_, values) = field(&geodesics, &[(5, 0.0)], &settings);
+    for (i, value) in values.iter().enumerate() {
+        let truth = closed_form::sphere(1.0, &points[5], &points[i]);
+        if truth < 0.6999 {
+            assert!(
+                (value.distance - truth).abs() < 1e-4,
+                "{i}: {value:?} {truth}"
+            );
+        } else if truth > 0.7001 {
+            assert_eq!(value.distance, f64::INFINITY, "{i}: {truth}");
+        }
+    }
+}
+
+#[test]
+fn same_bits_on_one_and_two_threads() {
+    let points = generate::sphere::<3>(3_000, 1.0, 1);
+    let geodesics = geodesics(&points);
+    let [one, two] = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().expect("threads");
+        pool.install(|| field(&geodesics, &[(0, 0.0), (9, 0.3)], &Settings::default()).1)
+    });
+    assert!(one == two);
+}
+
+/// Behind a hole no ray comes by: distances are never short by more than the rim is uncertain, and say how good they are.
+#[test]
+fn behind_a_hole_distances_are_carried_on_and_say_so() {
+    let sample = generate::plane_with_hole(10_000, 1.0, 0.4, 1);
+    let (field, values) = field(
+        &geodesics(&sample.points),
+        &[(0, 0.0)],
+        &Settings::default(),
+    );
+    assert!(field.carried_nodes() > 0 && field.unreached_nodes() == 0);
+    let truth: Vec<_> = (1..sample.points.len())
+        .map(|i| {
+            let ends = (&sample.parameters[0], &sample.parameters[i]);
+            (i, closed_form::plane_with_hole(0.4, ends.0, ends.1))
+        })
+        .collect();
+    let [mean, most, covered] = judged(&values, &truth, 0.1);
+    assert!(mean < 1e-2 && most < 0.1, "{mean:e} {most:e}");
+    assert!(covered > 0.9, "{covered}");
+}
+
+#[test]
+fn equations_have_fields_too() {
+    let sphere = ImplicitSurface::new(
+        Equation(|x: &Vector<3>| (x.dot(x) - 1.0, x * 2.0, Matrix::<3>::identity() * 2.0)),
+        1.0,
+    );
+    let pole = Vector::<3>::new(0.0, 0.0, 1.0);
+    let corner = Vector::<3>::repeat(1.5);
+    let bounds = Some((-corner, corner));
+    let geodesics = Geodesics::of_implicit(sphere, &[pole], bounds).expect("a sampling");
+    let node = |x: &Vector<3>| geodesics.surface().node_near(x).expect("a foot").0;
+    let fields = Fields::new(&geodesics).expect("a surface of dimension 2");
+    let source = Source {
+        node: node(&pole),
+        start: 0.0,
+    };
+    let field = fields
+        .from(&[source], &Settings::default())
+        .expect("a field");
+    for point in generate::sphere::<3>(500, 1.0, 3) {
+        let value = fields.at(&field, &node(&point.into()));
+        let truth = closed_form::sphere(1.0, &[0.0, 0.0, 1.0], &point);
+        assert!(
+            (value.distance - truth).abs() < 2e-4 * PI,
+            "{value:?} {truth}"
+        );
+    }
+}

@@ -1,0 +1,106 @@
+//! A tangent frame with the second fundamental form, and straight steps on the surface seen from it.
+
+use crate::Vector;
+use crate::surface::Geometry;
+
+/// A point of a two-dimensional surface, its tangent plane, and how the surface bends there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<const D: usize> {
+    pub point: Vector<D>,
+    /// Orthonormal.
+    pub tangents: [Vector<D>; 2],
+    /// II(e1, e1), II(e1, e2), II(e2, e2).
+    pub second: [Vector<D>; 3],
+    /// Gauss curvature.
+    pub gauss: f64,
+}
+
+/// What of a point's height over the surface's quadric is taken for the surface's own third order, 3/4 of
+/// which is what the fourth order of a straight step needs.
+pub(crate) const ON_SURFACE: f64 = 0.75;
+/// The height is the point's own: it lies off the surface.
+pub(crate) const OFF_SURFACE: f64 = 1.0;
+
+impl<const D: usize> Frame<D> {
+    /// From the geometry at a point of the surface.
+    pub fn new(point: Vector<D>, geometry: &Geometry<D>) -> Self {
+        let (e, f) = (geometry.tangent(0), geometry.tangent(1));
+        let (first, last) = (geometry.bend(&e), geometry.bend(&f));
+        let both = geometry.bend(&((e + f) * std::f64::consts::FRAC_1_SQRT_2));
+        Self::of_forms(point, [e, f], [first, both - (first + last) * 0.5, last])
+    }
+
+    /// From two orthonormal tangents and the second fundamental form of them.
+    pub fn of_forms(point: Vector<D>, tangents: [Vector<D>; 2], second: [Vector<D>; 3]) -> Self {
+        let gauss = second[0].dot(&second[2]) - second[1].norm_squared();
+        Self {
+            point,
+            tangents,
+            second,
+            gauss,
+        }
+    }
+
+    /// A bound of the normal curvatures: the Frobenius norm of the second fundamental form.
+    pub fn curvature(&self) -> f64 {
+        let [first, both, last] = self.second.map(|bend| bend.norm_squared());
+        (first + 2.0 * both + last).sqrt()
+    }
+
+    /// Tangent coordinates of a vector.
+    pub fn coordinates(&self, v: &Vector<D>) -> [f64; 2] {
+        [v.dot(&self.tangents[0]), v.dot(&self.tangents[1])]
+    }
+
+    /// The vector of tangent coordinates.
+    pub fn vector(&self, [a, b]: [f64; 2]) -> Vector<D> {
+        self.tangents[0] * a + self.tangents[1] * b
+    }
+
+    /// II(v, e1) and II(v, e2).
+    fn bends(&self, [a, b]: [f64; 2]) -> [Vector<D>; 2] {
+        let [first, both, last] = &self.second;
+        [first * a + both * b, both * a + last * b]
+    }
+
+    /// II(u, v).
+    pub fn bend(&self, u: [f64; 2], v: [f64; 2]) -> Vector<D> {
+        let [first, last] = self.bends(u);
+        first * v[0] + last * v[1]
+    }
+
+    /// The frame with another pair of tangents, the first of which is given.
+    pub fn turned(&self, first: [f64; 2]) -> Self {
+        let [c, s] = first;
+        let last = [-s, c];
+        Self {
+            tangents: [self.vector(first), self.vector(last)],
+            second: [
+                self.bend(first, first),
+                self.bend(first, last),
+                self.bend(last, last),
+            ],
+            ..*self
+        }
+    }
+
+    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates:
+    /// v = w + <II(w, w) / 6 + share z, II(w, .)>, w the tangential part of the chord and z the height
+    /// over the quadric. The length's error is of fifth order in a step along a plane curve.
+    pub fn log(&self, x: &Vector<D>, share: f64) -> [f64; 2] {
+        let chord = x - self.point;
+        let w = self.coordinates(&chord);
+        let bends = self.bends(w);
+        let bend = bends[0] * w[0] + bends[1] * w[1];
+        let height = chord - self.vector(w) - bend * 0.5;
+        let pull = bend / 6.0 + height * share;
+        [w[0] + pull.dot(&bends[0]), w[1] + pull.dot(&bends[1])]
+    }
+
+    /// 1 if the other frame, nearby, turns the same way, -1 if not.
+    pub fn handedness(&self, other: &Self) -> f64 {
+        let [a, b] = other.coordinates(&self.tangents[0]);
+        let [c, d] = other.coordinates(&self.tangents[1]);
+        1_f64.copysign(a * d - b * c)
+    }
+}

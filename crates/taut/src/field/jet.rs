@@ -1,0 +1,227 @@
+//! Jets of a distance: value, gradient, curvature of the front and its change, carried over a step.
+//!
+//! A step is made in the surface of constant curvature K, the mean of both ends: with sn, cs and md its
+//! sine, cosine and (1 - cs) / K, the distance grows by delta where
+//! sn(delta) + kappa md(delta) = sn(s) cos(theta) + kappa md(s), s the length of the step and theta its
+//! angle to the gradient; kappa' = -kappa^2 - K (Riccati) along rays.
+
+use crate::Vector;
+use crate::field::frame::{Frame, ON_SURFACE};
+
+/// A distance near a point with a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jet {
+    pub distance: f64,
+    /// Unit gradient in the frame's tangent coordinates.
+    pub gradient: [f64; 2],
+    /// Geodesic curvature of the front, positive where rays spread.
+    pub curvature: f64,
+    /// Its derivative along the front, to the left of the gradient in the frame.
+    pub change: f64,
+}
+
+/// Most curvature of the surface, times the square of the step: more is noise, and the series end.
+const MOST_BENT: f64 = 0.3;
+/// Rays drawing together must not come nearer than this share of their distance in one step.
+const FOCUS: f64 = 0.1;
+
+/// Square of how much longer than the step the growth may come out.
+const LONGER: f64 = 1.01;
+
+/// A step of the distance.
+struct Growth {
+    /// By how much the distance grows.
+    delta: f64,
+    /// By how much the front spreads on the way.
+    spread: f64,
+    /// Sine and cosine of delta.
+    sn: f64,
+    cs: f64,
+}
+
+impl Jet {
+    /// A source at the frame's own point sees `to` at a distance; the jet there, in the frame of `to`.
+    pub fn of_point<const D: usize>(from: &Frame<D>, start: f64, to: &Frame<D>) -> Option<Self> {
+        let length = norm(from.log(&to.point, ON_SURFACE));
+        let back = to.log(&from.point, ON_SURFACE);
+        let inverse = norm(back).recip();
+        inverse.is_finite().then(|| {
+            let bent = length * length * 0.5 * (from.gauss + to.gauss);
+            Self {
+                distance: start + length,
+                gradient: [-back[0] * inverse, -back[1] * inverse],
+                curvature: (1.0 - bent / 3.0) / length,
+                change: 0.0,
+            }
+        })
+    }
+
+    /// The distance at tangent coordinates `v`; `None` beyond where rays meet.
+    pub fn distance_at(&self, v: [f64; 2], gauss: f64) -> Option<f64> {
+        let [x, y] = self.split(v);
+        let growth = self.grow(x, y, gauss)?;
+        let front = y / growth.spread;
+        Some(self.distance + growth.delta + self.change * front * front * front / 6.0)
+    }
+
+    /// The jet carried from its frame to another one.
+    pub fn carried<const D: usize>(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
+        let v = from.log(&to.point, ON_SURFACE);
+        let back = to.log(&from.point, ON_SURFACE);
+        let [x, y] = self.split(v);
+        let gauss = 0.5 * (from.gauss + to.gauss);
+        let growth = self.grow(x, y, gauss)?;
+        let front = y / growth.spread;
+        let hand = from.handedness(to);
+        let arrival = norm(back);
+        let length = norm(v);
+        let gradient = if arrival > 0.0 && length > 0.0 {
+            let t = [-back[0] / arrival, -back[1] / arrival];
+            let turn = gauss * length * length;
+            let cosine = ((1.0 - 0.5 * turn) * x / length
+                + self.curvature * length * (1.0 - turn / 6.0))
+                / growth.spread;
+            let sine = -y / (length * growth.spread);
+            let slope = 0.5 * self.change * front * front / growth.spread;
+            let (cosine, sine) = (cosine - sine * slope, hand * (sine + cosine * slope));
+            let scale = cosine.hypot(sine).recip();
+            let (cosine, sine) = (cosine * scale, sine * scale);
+            [cosine * t[0] - sine * t[1], cosine * t[1] + sine * t[0]]
+        } else {
+            let g = to.coordinates(&from.vector(self.gradient));
+            [g[0] / norm(g), g[1] / norm(g)]
+        };
+        let curvature = self.curvature + self.change * front;
+        let Growth {
+            delta,
+            spread,
+            sn,
+            cs,
+        } = growth;
+        Some(Self {
+            distance: self.distance + delta + self.change * front * front * front / 6.0,
+            gradient,
+            curvature: (curvature * cs - gauss * sn) / (cs + curvature * sn),
+            change: hand * self.change / (spread * spread * spread),
+        })
+    }
+
+    /// Along the gradient and to the left of it.
+    fn split(&self, v: [f64; 2]) -> [f64; 2] {
+        let g = self.gradient;
+        [g[0] * v[0] + g[1] * v[1], g[0] * v[1] - g[1] * v[0]]
+    }
+
+    fn grow(&self, x: f64, y: f64, gauss: f64) -> Option<Growth> {
+        let kappa = self.curvature;
+        let squared = x * x + y * y;
+        let bent = (gauss * squared).clamp(-MOST_BENT, MOST_BENT);
+        let gauss = if squared > 0.0 { bent / squared } else { gauss };
+        // The right-hand side, sn and md by their series.
+        let sine = 1.0 - bent / 6.0 * (1.0 - bent / 20.0 * (1.0 - bent / 42.0));
+        let versine = 0.5 - bent / 24.0 * (1.0 - bent / 30.0 * (1.0 - bent / 56.0));
+        let reached = x * sine + kappa * squared * versine;
+        let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
+        // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
+        let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
+        if discriminant <= least || discriminant.is_nan() {
+            return None;
+        }
+        let spread = discriminant.sqrt();
+        let t = reached / (1.0 + spread);
+        let z = gauss * t * t;
+        let inverse = (1.0 + z).recip();
+        let delta = 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0))));
+        // No distance changes by more than the step.
+        (delta * delta <= LONGER * squared).then_some(Growth {
+            delta,
+            spread,
+            sn: 2.0 * t * inverse,
+            cs: (1.0 - z) * inverse,
+        })
+    }
+}
+
+/// Length of tangent coordinates.
+pub(crate) fn norm([a, b]: [f64; 2]) -> f64 {
+    (a * a + b * b).sqrt()
+}
+
+/// The gradient as a vector at the point that `v` leads to, where the front has turned: carried along and
+/// bent with the surface. Its error is of second order in `v`.
+pub(crate) fn direction_at<const D: usize>(frame: &Frame<D>, jet: &Jet, v: [f64; 2]) -> Vector<D> {
+    let [x, y] = jet.split(v);
+    let (ahead, left) = (1.0 + jet.curvature * x, jet.curvature * y);
+    let g = jet.gradient;
+    let turned = [ahead * g[0] - left * g[1], ahead * g[1] + left * g[0]];
+    bent(frame, turned, v)
+}
+
+/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero vector.
+pub(crate) fn bent<const D: usize>(frame: &Frame<D>, tangent: [f64; 2], v: [f64; 2]) -> Vector<D> {
+    let vector = frame.vector(tangent) + frame.bend(v, tangent);
+    vector.try_normalize(0.0).unwrap_or_else(Vector::zeros)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Matrix;
+    use crate::surface::implicit::{Equation, ImplicitSurface};
+    use crate::surface::{Geometry, Surface};
+
+    fn frame(x: [f64; 3]) -> Frame<3> {
+        let sphere = ImplicitSurface::new(
+            Equation(|x: &Vector<3>| (x.dot(x) - 1.0, x * 2.0, Matrix::<3>::identity() * 2.0)),
+            1.0,
+        );
+        let x = Vector::<3>::from(x).normalize();
+        let mut geometry = Geometry::new(1);
+        assert!(sphere.geometry(&x, (), &mut geometry));
+        Frame::new(x, &geometry)
+    }
+
+    /// Steps between points of the unit sphere, whose distance from a pole is known, in all directions: of
+    /// fifth order in the length of the step.
+    #[test]
+    fn steps_on_the_sphere_are_of_fifth_order() {
+        let pole = frame([0.0, 0.0, 1.0]);
+        let angle = |x: &Vector<3>| 2.0 * (0.5 * (x - pole.point).norm()).asin();
+        let near = frame([0.1, 0.05, 1.0]);
+        let first = Jet::of_point(&pole, 0.0, &near).expect("a distance");
+        assert!((first.distance - angle(&near.point)).abs() < 1e-6);
+        let mut worst = [0.0_f64; 2];
+        for (size, worst) in [0.1, 0.05].into_iter().zip(&mut worst) {
+            for base in [[1.0, 0.3, 0.2], [0.2, -0.5, -0.4], [0.4, 0.1, 0.7]] {
+                let from = frame(base);
+                let distance = angle(&from.point);
+                let away = from.coordinates(&-pole.point);
+                let jet = Jet {
+                    distance,
+                    gradient: away.map(|a| a / norm(away)),
+                    curvature: distance.cos() / distance.sin(),
+                    change: 0.0,
+                };
+                for turn in 0..16 {
+                    let (sin, cos) = (f64::from(turn) * 0.4).sin_cos();
+                    let there = from.point + from.vector([size * cos, size * sin]);
+                    let to = frame([there.x, there.y, there.z]);
+                    let carried = jet.carried(&from, &to).expect("no focus between");
+                    let truth = angle(&to.point);
+                    *worst = worst.max((carried.distance - truth).abs());
+                    let direct = jet.distance_at(from.log(&to.point, ON_SURFACE), 1.0);
+                    assert_eq!(direct, Some(carried.distance));
+                    let slope = to.coordinates(&-pole.point).map(|a| a / truth.sin());
+                    let off = [
+                        slope[0] - carried.gradient[0],
+                        slope[1] - carried.gradient[1],
+                    ];
+                    assert!(
+                        norm(off) < 1e-4 && (carried.curvature * truth.tan() - 1.0).abs() < 1e-3
+                    );
+                }
+            }
+        }
+        assert!(worst[0] < 1e-6 && worst[1] < worst[0] / 16.0, "{worst:?}");
+    }
+}

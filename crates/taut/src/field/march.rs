@@ -1,0 +1,111 @@
+//! Where no ray comes by, in the shadow of holes, distances are carried on along the graph.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::field::branches::Branch;
+use crate::field::frame::{Frame, ON_SURFACE};
+use crate::field::jet::{Jet, norm};
+use crate::guess::dijkstra::Distances;
+use crate::guess::graph::Graph;
+
+/// Cosine between a jet's gradient and a step along which it may be carried: upwind only, and hardly to the
+/// side, as the hole's rim may be in the way.
+const UPWIND: f64 = 0.985;
+/// Estimated error of a step, relative: nodes lie about half a spacing off the way round a hole.
+const ROUGH: f64 = 0.02;
+
+/// A node with a distance that others may take up, least first.
+#[derive(PartialEq)]
+struct Waiting {
+    distance: f64,
+    node: u32,
+}
+
+impl Eq for Waiting {}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other
+            .distance
+            .total_cmp(&self.distance)
+            .then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Gives a branch to each node within reach that has none, from its neighbours in the order of distance:
+/// the neighbour's jet where the step goes along its gradient, else the neighbour as a new source.
+pub(crate) fn carry_on<const D: usize, P: Copy>(
+    graph: &Graph<D, P>,
+    frames: &[Option<Frame<D>>],
+    bound: &Distances,
+    lists: &mut [Vec<Branch>],
+) {
+    let empty = |node: u32, lists: &[Vec<Branch>]| {
+        let i = node as usize;
+        lists[i].is_empty() && frames[i].is_some() && bound.distance(node).is_finite()
+    };
+    let mut heap: BinaryHeap<Waiting> = (0..lists.len() as u32)
+        .filter(|node| graph.edges(*node).iter().any(|edge| empty(edge.to, lists)))
+        .filter_map(|node| {
+            let distance = lists[node as usize].first()?.jet.distance;
+            Some(Waiting { distance, node })
+        })
+        .collect();
+    let mut best = vec![f64::INFINITY; if heap.is_empty() { 0 } else { lists.len() }];
+    let mut open: Vec<bool> = (0..best.len() as u32)
+        .map(|node| empty(node, lists))
+        .collect();
+    while let Some(Waiting { distance, node }) = heap.pop() {
+        let i = node as usize;
+        let (Some(from), Some(branch)) = (frames[i], lists[i].first().copied()) else {
+            continue;
+        };
+        if open[i] && distance > best[i] {
+            continue;
+        }
+        open[i] = false;
+        for edge in graph.edges(node) {
+            let j = edge.to as usize;
+            let Some(to) = frames[j].filter(|_| open[j]) else {
+                continue;
+            };
+            let Some(found) = step(&branch, &from, &to) else {
+                continue;
+            };
+            if found.jet.distance < best[j] {
+                best[j] = found.jet.distance;
+                lists[j] = vec![found];
+                heap.push(Waiting {
+                    distance: best[j],
+                    node: edge.to,
+                });
+            }
+        }
+    }
+}
+
+/// A branch carried to another frame.
+fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Option<Branch> {
+    let v = from.log(&to.point, ON_SURFACE);
+    let length = norm(v);
+    let along = v[0] * branch.jet.gradient[0] + v[1] * branch.jet.gradient[1];
+    let bound = Jet::of_point(from, branch.jet.distance, to)?;
+    let carried = branch.jet.carried(from, to);
+    let upwind = carried.filter(|jet| along >= UPWIND * length && jet.distance <= bound.distance);
+    let jet = upwind.unwrap_or(bound);
+    let least = branch.jet.distance + along.max(0.0);
+    Some(Branch {
+        jet,
+        error: branch.error + (jet.distance - least).max(0.0) + ROUGH * length,
+        at_source: false,
+        carried: true,
+        ..*branch
+    })
+}

@@ -1,0 +1,382 @@
+//! Fields of geodesic distances: from one or several sources to everywhere on a two-dimensional surface.
+//!
+//! Rays leave the sources, geodesics that carry their Jacobi fields; the nodes of the graph take distance,
+//! gradient and front curvature from the rays near them, and points from their nearest node. This takes the
+//! place of correcting the path to every node [3.2, 3.3].
+//!
+//! ```
+//! use taut::field::{Fields, Settings, Source};
+//! use taut::{Vector, cloud::Cloud, geodesics::Geodesics, surface::atlas::Atlas};
+//!
+//! // 2000 points of the unit sphere, on a spiral.
+//! let rows: Vec<f64> = (0..2000)
+//!     .flat_map(|i| {
+//!         let z: f64 = 1.0 - (2 * i + 1) as f64 / 2000.0;
+//!         let (sin, cos) = (2.399963 * i as f64).sin_cos();
+//!         let radius = (1.0 - z * z).sqrt();
+//!         [radius * cos, radius * sin, z]
+//!     })
+//!     .collect();
+//! let geodesics = Geodesics::of_atlas(Atlas::new(Cloud::<3>::new(&rows, 3)?, 2)?);
+//! let fields = Fields::new(&geodesics)?;
+//! let node = geodesics.surface().node_near(&Vector::<3>::new(0.0, 0.0, 1.0))?;
+//! let field = fields.from(&[Source { node, start: 0.0 }], &Settings::default())?;
+//! let values = fields.at_points(&field);
+//! let farthest = values.iter().map(|value| value.distance).fold(0.0, f64::max);
+//! assert!((farthest - (1.0 / 2000.0 - 1.0_f64).acos()).abs() < 1e-3);
+//! # Ok::<(), taut::error::Error>(())
+//! ```
+
+mod branches;
+mod evaluate;
+mod fan;
+mod frame;
+mod jet;
+mod march;
+mod ray;
+
+pub use evaluate::Value;
+
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::geodesics::Geodesics;
+use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
+use crate::guess::graph::Edge;
+use crate::surface::atlas::Lists;
+use crate::surface::{Geometry, Node};
+use branches::Branch;
+use fan::Sample;
+use frame::{Frame, ON_SURFACE};
+use ray::Limits;
+
+/// A point that distances are measured from.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<const D: usize, P> {
+    /// Where it lies.
+    pub node: Node<D, P>,
+    /// The distance there, in the input's units.
+    pub start: f64,
+}
+
+/// How accurate a field is to be and how far it goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Relative error of the rays that carry the distances. What lies between rays is interpolated.
+    pub tolerance: f64,
+    /// Distances beyond this, in the input's units, are not looked for.
+    pub max_distance: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_distance: f64::INFINITY,
+        }
+    }
+}
+
+/// A surface made ready for fields from many sources.
+pub struct Fields<'a, const D: usize, S: Guide<D>> {
+    geodesics: &'a Geodesics<D, S>,
+    /// Of the graph's nodes; `None` where the surface has no foot or no tangent plane.
+    frames: Vec<Option<Frame<D>>>,
+    /// Distance from each node of the graph to its nearest ones.
+    spacing: Vec<f64>,
+    /// The node nearest to each point of a cloud, once they have been asked for.
+    places: OnceLock<Vec<u32>>,
+}
+
+/// The distance from one or several sources, all over a surface.
+#[derive(Clone, Debug)]
+pub struct Field<const D: usize> {
+    /// At each node of the graph, least distance first.
+    starts: Vec<u32>,
+    branches: Vec<Branch>,
+    sources: Vec<Frame<D>>,
+    source_starts: Vec<f64>,
+    max_distance: f64,
+}
+
+/// Rays on a noisy surface need not be more accurate.
+const NOISY_TOLERANCE: f64 = 1e-4;
+/// Neighbours of a node whose mean distance is its spacing.
+const NEAREST: usize = 4;
+/// Nodes right beside each other are at most this many spacings apart.
+const ADJACENT: f64 = 1.5;
+/// Jets near neighbours so many spacings away are looked at.
+const BESIDE: f64 = 2.6;
+
+impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
+    /// Finds the tangent planes and curvatures at the nodes of the surface's graph, which every field uses.
+    ///
+    /// # Errors
+    /// [`Error::NotTwoDimensional`] where the surface has another dimension than 2.
+    ///
+    /// O(n) in the nodes of the graph, in parallel.
+    pub fn new(geodesics: &'a Geodesics<D, S>) -> Result<Self, Error> {
+        let surface = geodesics.surface();
+        let dimension = surface.intrinsic_dimension();
+        if dimension != 2 {
+            return Err(Error::NotTwoDimensional { dimension });
+        }
+        let graph = geodesics.graph();
+        let frames = graph
+            .nodes
+            .par_iter()
+            .map_init(
+                || Geometry::new(D - 2),
+                |geometry, node| frame(surface, node, geometry),
+            )
+            .collect();
+        let spacing = (0..graph.nodes.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let lengths = graph.edges(node).iter().map(|edge| f64::from(edge.length));
+                let mut lengths: Vec<f64> = lengths.collect();
+                lengths.sort_by(f64::total_cmp);
+                lengths.truncate(NEAREST);
+                lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
+            })
+            .collect();
+        Ok(Self {
+            geodesics,
+            frames,
+            spacing,
+            places: OnceLock::new(),
+        })
+    }
+
+    /// The distance from the nearest of the sources, each with its start value added.
+    ///
+    /// Unreached parts of the surface, and those beyond the largest distance, are infinitely far.
+    ///
+    /// # Errors
+    /// [`Error::NoSources`] without any, [`Error::NoFoot`] where a source has no tangent plane.
+    pub fn from(
+        &self,
+        sources: &[Source<D, S::Place>],
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
+        if sources.is_empty() {
+            return Err(Error::NoSources);
+        }
+        let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
+        let mut geometry = Geometry::new(D - 2);
+        let source_frames: Vec<Frame<D>> = sources
+            .iter()
+            .map(|source| {
+                frame(surface, &source.node, &mut geometry).ok_or_else(|| Error::NoFoot {
+                    point: format!("{:?}", source.node.point.as_slice()),
+                    reason: "a source has no tangent plane there",
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let entrances: Vec<Vec<(u32, f32)>> = sources
+            .iter()
+            .map(|source| self.geodesics.entrances(&source.node))
+            .collect();
+        let bound = self.bounds(sources, &entrances, settings.max_distance);
+        let reachable = bound.reached().len();
+        let near: Vec<Option<u32>> = entrances
+            .iter()
+            .map(|list| {
+                let nearest = list.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+                Some(nearest.0)
+            })
+            .collect();
+        let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
+        for (i, source) in sources.iter().enumerate() {
+            let Some(near) = near[i] else { continue };
+            let upper = |node: u32| f64::from(bound.distance(node)) - source.start;
+            let limits = Limits {
+                graph,
+                spacing: &self.spacing,
+                bound: &upper,
+                longest: settings.max_distance - source.start,
+                detail: surface.detail(),
+                tolerance: self.tolerance(settings),
+            };
+            let at = (&source.node, &source_frames[i], near);
+            let fan = fan::fan(surface, at, source.start, reachable, &limits);
+            samples.extend(fan.into_iter().map(|sample| (sample, i as u32)));
+        }
+        let source_starts: Vec<f64> = sources.iter().map(|source| source.start).collect();
+        let near_node = near.iter().map(|near| near.unwrap_or(u32::MAX));
+        let sources_by_node = by_node(near_node, graph.nodes.len());
+        let by_node = by_node(
+            samples.iter().map(|sample| sample.0.near),
+            graph.nodes.len(),
+        );
+        let mut lists: Vec<Vec<Branch>> = (0..graph.nodes.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let reached = bound.distance(node).is_finite();
+                let Some(frame) = self.frames[node as usize].filter(|_| reached) else {
+                    return Vec::new();
+                };
+                let spacing = self.spacing[node as usize];
+                let edges = graph.edges(node).iter();
+                let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
+                let around: Vec<u32> = std::iter::once(node)
+                    .chain(close.map(|edge| edge.to))
+                    .collect();
+                let samples = around.iter().flat_map(|n| by_node.of(*n)).map(|i| {
+                    let (sample, source) = &samples[*i as usize];
+                    (sample, *source)
+                });
+                let beside = around
+                    .iter()
+                    .flat_map(|n| sources_by_node.of(*n))
+                    .map(|i| (&source_frames[*i as usize], source_starts[*i as usize], *i));
+                let mut found = branches::branches(&frame, spacing, samples, beside);
+                for branch in &mut found {
+                    let source = branch.source as usize;
+                    let chord = (source_frames[source].point - frame.point).norm();
+                    let short = source_starts[source] + chord - branch.jet.distance;
+                    if short > 0.0 {
+                        branch.jet.distance += short;
+                        branch.error += short;
+                    }
+                }
+                found
+            })
+            .collect();
+        march::carry_on(graph, &self.frames, &bound, &mut lists);
+        let tolerance = self.tolerance(settings);
+        let errors: Vec<f64> = (0..lists.len() as u32)
+            .into_par_iter()
+            .map(|node| self.disagreement(&lists, node))
+            .collect();
+        for (list, disagreement) in lists.iter_mut().zip(errors) {
+            for branch in list {
+                branch.error += disagreement + tolerance * branch.jet.distance.abs();
+            }
+        }
+        let mut starts = vec![0];
+        let mut flat = Vec::new();
+        for list in lists {
+            flat.extend(list);
+            starts.push(flat.len() as u32);
+        }
+        Ok(Field {
+            starts,
+            branches: flat,
+            sources: source_frames,
+            source_starts,
+            max_distance: settings.max_distance,
+        })
+    }
+
+    fn tolerance(&self, settings: &Settings) -> f64 {
+        if self.geodesics.surface().detail() > 0.0 {
+            settings.tolerance.max(NOISY_TOLERANCE)
+        } else {
+            settings.tolerance
+        }
+    }
+
+    /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
+    /// wrong by in between.
+    fn disagreement(&self, lists: &[Vec<Branch>], node: u32) -> f64 {
+        let Some(frame) = &self.frames[node as usize] else {
+            return 0.0;
+        };
+        let nearest = self.adjacent(node).filter_map(|edge| {
+            let there = lists[edge.to as usize].first()?.jet.distance;
+            let other = self.frames[edge.to as usize].as_ref()?;
+            let v = frame.log(&other.point, ON_SURFACE);
+            let found = lists[node as usize].iter().map(|branch| {
+                let carried = branch.jet.distance_at(v, 0.5 * (frame.gauss + other.gauss));
+                carried.unwrap_or(branch.jet.distance + jet::norm(v))
+            });
+            Some((found.fold(f64::INFINITY, f64::min) - there).abs())
+        });
+        nearest
+            .filter(|error| error.is_finite())
+            .fold(0.0, f64::max)
+    }
+
+    /// The edges from a node to those right beside it.
+    fn adjacent(&self, node: u32) -> impl Iterator<Item = &Edge> {
+        let farthest = ADJACENT * self.spacing[node as usize];
+        let edges = self.geodesics.graph().edges(node).iter();
+        edges.filter(move |edge| f64::from(edge.length) <= farthest)
+    }
+
+    /// Distances along the graph, which are never too short: of all nodes not farther than the largest.
+    fn bounds(
+        &self,
+        sources: &[Source<D, S::Place>],
+        entrances: &[Vec<(u32, f32)>],
+        max_distance: f64,
+    ) -> Distances {
+        let graph = self.geodesics.graph();
+        let mut bound = Distances::new(graph);
+        let ways: Vec<(u32, f32)> = sources
+            .iter()
+            .zip(entrances)
+            .flat_map(|(source, list)| {
+                list.iter()
+                    .map(|(node, length)| (*node, length + source.start as f32))
+            })
+            .collect();
+        // A route along the graph is a few hundredths longer than the geodesic.
+        let longest = (1.2 * max_distance) as f32;
+        bound.search(graph, &ways, |_| 0.0, |_, _| longest);
+        bound
+    }
+}
+
+/// The frame at a node.
+fn frame<const D: usize, S: Guide<D>>(
+    surface: &S,
+    node: &Node<D, S::Place>,
+    geometry: &mut Geometry<D>,
+) -> Option<Frame<D>> {
+    let known = surface.cheap_geometry(&node.point, node.place, geometry);
+    known.then(|| Frame::new(node.point, geometry))
+}
+
+/// For each node the indices of the items that lie nearest to it.
+fn by_node(near: impl Iterator<Item = u32>, nodes: usize) -> Lists {
+    let mut placed: Vec<(u32, u32)> = near.zip(0..).filter(|item| item.0 != u32::MAX).collect();
+    placed.sort_unstable();
+    let mut rest = &placed[..];
+    Lists::new((0..nodes as u32).map(|node| {
+        let count = rest.partition_point(|item| item.0 <= node);
+        let (here, after) = rest.split_at(count);
+        rest = after;
+        here.iter().map(|item| item.1)
+    }))
+}
+
+impl<const D: usize> Field<D> {
+    /// The branches at a node of the graph, least distance first.
+    pub(crate) fn branches(&self, node: u32) -> &[Branch] {
+        let i = node as usize;
+        &self.branches[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+
+    /// The number of graph nodes without a distance.
+    #[must_use]
+    pub fn unreached_nodes(&self) -> usize {
+        self.starts
+            .windows(2)
+            .filter(|pair| pair[0] == pair[1])
+            .count()
+    }
+
+    /// The number of graph nodes that no ray came by, whose distances were carried on along the graph.
+    #[must_use]
+    pub fn carried_nodes(&self) -> usize {
+        let starts = self.starts.windows(2).filter(|pair| pair[0] < pair[1]);
+        starts
+            .filter(|pair| self.branches[pair[0] as usize].carried)
+            .count()
+    }
+}

@@ -1,0 +1,370 @@
+//! One geodesic from a source, with its Jacobi field: how far rays beside it spread.
+//!
+//! x'' = II(x', x') and J'' = -K J by the pair of orders 5 and 4 of Dormand and Prince, "A family of
+//! embedded Runge-Kutta formulae", Journal of Computational and Applied Mathematics 6 (1980); after each
+//! step x is put back onto the surface.
+
+use crate::Vector;
+use crate::correction::length::HeightErrors;
+use crate::field::frame::Frame;
+use crate::field::jet::norm;
+use crate::guess::graph::Graph;
+use crate::surface::{Geometry, Surface};
+
+/// A place on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Knot<const D: usize, P> {
+    /// From the source.
+    pub length: f64,
+    /// The first tangent is the ray's, the second beside it, to the same side all along.
+    pub frame: Frame<D>,
+    /// J and J', 0 and 1 at the source.
+    pub jacobi: [f64; 2],
+    pub place: P,
+    /// The nearest node of the graph.
+    pub near: u32,
+    /// What errors of the surface's height do to the length.
+    pub heights: HeightErrors,
+}
+
+/// Where rays end and how finely they are followed: past the distances along the graph, which are never too
+/// short, or past the distance asked for.
+pub(crate) struct Limits<'a, const D: usize, P> {
+    pub graph: &'a Graph<D, P>,
+    /// Of the graph's nodes.
+    pub spacing: &'a [f64],
+    /// Upper bounds of the distance of the graph's nodes, less the source's own start.
+    pub bound: &'a (dyn Fn(u32) -> f64 + Sync),
+    pub longest: f64,
+    /// Wavelength of the surface's finest detail, 0 where steps need not follow any.
+    pub detail: f64,
+    /// Estimated error of a step that is allowed, relative to its length.
+    pub tolerance: f64,
+}
+
+/// Steps of rays are at most this many spacings of the graph's nodes long.
+const LONGEST_STEP: f64 = 8.0;
+/// Rays go on past a bound by this many spacings.
+const PAST: f64 = 2.0;
+
+impl<const D: usize, P: Copy> Limits<'_, D, P> {
+    /// The ray is of no interest any more.
+    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
+        let slack = PAST * self.spacing[near as usize];
+        let off = (point - self.graph.nodes[near as usize].point).norm();
+        length > self.longest + slack || length > (self.bound)(near) + off + slack
+    }
+
+    fn longest_step(&self, near: u32) -> f64 {
+        let step = LONGEST_STEP * self.spacing[near as usize];
+        if self.detail > 0.0 {
+            step.min(self.detail)
+        } else {
+            step
+        }
+    }
+}
+
+/// Stages: where on the step, and the weights of the stages before.
+const AT: [&[f64]; 6] = [
+    &[1.0 / 5.0],
+    &[3.0 / 40.0, 9.0 / 40.0],
+    &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
+    &[
+        19372.0 / 6561.0,
+        -25360.0 / 2187.0,
+        64448.0 / 6561.0,
+        -212.0 / 729.0,
+    ],
+    &[
+        9017.0 / 3168.0,
+        -355.0 / 33.0,
+        46732.0 / 5247.0,
+        49.0 / 176.0,
+        -5103.0 / 18656.0,
+    ],
+    &[
+        35.0 / 384.0,
+        0.0,
+        500.0 / 1113.0,
+        125.0 / 192.0,
+        -2187.0 / 6784.0,
+        11.0 / 84.0,
+    ],
+];
+/// The fifth order's weights less the fourth's.
+const DIFFERENCE: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+/// Weight of errors that change the length at second order only: sideways, and of the Jacobi field.
+const SIDEWAYS: f64 = 0.05;
+/// Weight of errors off the surface, which every step takes back.
+const OFF: f64 = 0.01;
+/// Rays may start from between others whose distance is this share of the radius of curvature.
+const MOST_BENT: f64 = 0.35;
+const MOST_STEPS: usize = 20_000;
+/// A ray ends where steps must be shorter than this share of the longest.
+const SHORTEST: f64 = 1e-3;
+
+/// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
+const FARTHEST_OFF: f64 = 0.03;
+/// How much longer than the step its chord may come out.
+const LONGER: f64 = 1.001;
+/// A ray ends this share of the longest step beyond a rim.
+const OVER_RIM: f64 = 0.03;
+
+/// Position, velocity, J and J'.
+#[derive(Clone, Copy)]
+struct State<const D: usize> {
+    x: Vector<D>,
+    v: Vector<D>,
+    j: [f64; 2],
+}
+
+impl<const D: usize> State<D> {
+    fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
+        let mut moved = *self;
+        for (slope, weight) in slopes.iter().zip(weights) {
+            let share = step * weight;
+            moved.x += slope.x * share;
+            moved.v += slope.v * share;
+            moved.j[0] += slope.j[0] * share;
+            moved.j[1] += slope.j[1] * share;
+        }
+        moved
+    }
+
+    /// The derivative by length.
+    fn slope(&self, frame: &Frame<D>) -> Self {
+        let t = frame.coordinates(&self.v);
+        Self {
+            x: self.v,
+            v: frame.bend(t, t),
+            j: [self.j[1], -frame.gauss * self.j[0]],
+        }
+    }
+}
+
+/// The frame at a point near the surface, `place` brought up to date.
+fn frame_at<const D: usize, S: Surface<D>>(
+    surface: &S,
+    x: &Vector<D>,
+    place: &mut S::Place,
+    geometry: &mut Geometry<D>,
+) -> Option<Frame<D>> {
+    let known =
+        surface.find_place(x, place, geometry) && surface.cheap_geometry(x, *place, geometry);
+    known.then(|| Frame::new(*x, geometry))
+}
+
+/// The frame, found with this geometry, put onto the surface, which must not be farther, and turned along
+/// `v`, the second tangent to the side given.
+fn settled<const D: usize>(
+    frame: Frame<D>,
+    v: &Vector<D>,
+    side: &Vector<D>,
+    geometry: &Geometry<D>,
+    farthest: f64,
+) -> Option<Frame<D>> {
+    let off = geometry.pseudo_inverse(&geometry.values);
+    let point = frame.point - off;
+    let ahead = frame.coordinates(v);
+    let inverse = norm(ahead).recip();
+    if !(inverse.is_finite() && off.norm() <= farthest) {
+        return None;
+    }
+    let mut frame = Frame { point, ..frame }.turned(ahead.map(|a| a * inverse));
+    if frame.tangents[1].dot(side) < 0.0 {
+        frame.tangents[1].neg_mut();
+        frame.second[1].neg_mut();
+    }
+    Some(frame)
+}
+
+/// The ray halfway between two that leave the source at an angle to each other, at the same length: across
+/// both runs the quintic with the slopes and second derivatives that their Jacobi fields say, of sixth order
+/// in their distance but along the front itself. `None` where they are too far apart.
+pub(crate) fn halfway<const D: usize, S: Surface<D>>(
+    surface: &S,
+    graph: &Graph<D, S::Place>,
+    pair: [&Knot<D, S::Place>; 2],
+    angle: f64,
+) -> Option<Knot<D, S::Place>> {
+    let [a, b] = pair;
+    let bent = a.frame.curvature().max(b.frame.curvature());
+    let apart = a.jacobi[0].max(b.jacobi[0]) * angle;
+    if apart * bent > MOST_BENT || a.jacobi[0] <= 0.0 || b.jacobi[0] <= 0.0 {
+        return None;
+    }
+    let change = (b.jacobi[0] - a.jacobi[0]) / angle;
+    let across = |k: &Knot<D, S::Place>| {
+        let ([t, side], [j, slope]) = (k.frame.tangents, k.jacobi);
+        let first = side * j;
+        let second = k.frame.second[2] * (j * j) - t * (j * slope) + side * change;
+        let turning = side * slope + k.frame.second[1] * j;
+        (first, second, turning)
+    };
+    let ((da, dda, ta), (db, ddb, tb)) = (across(a), across(b));
+    let (xa, xb) = (a.frame.point, b.frame.point);
+    let (va, vb) = (a.frame.tangents[0], b.frame.tangents[0]);
+    let x =
+        (xa + xb) * 0.5 + (da - db) * (5.0 / 32.0 * angle) + (dda + ddb) * (angle * angle / 64.0);
+    let spread =
+        (xb - xa) * (15.0 / 8.0 / angle) - (da + db) * (7.0 / 16.0) + (ddb - dda) * (angle / 32.0);
+    let v = (va + vb) * 0.5 + (ta - tb) * (angle / 8.0);
+    let turning = (vb - va) * (1.5 / angle) - (ta + tb) * 0.25;
+    let mut geometry = Geometry::new(D - 2);
+    let mut place = a.place;
+    let frame = frame_at(surface, &x, &mut place, &mut geometry)?;
+    let frame = settled(
+        frame,
+        &v,
+        &a.frame.tangents[1],
+        &geometry,
+        FARTHEST_OFF * apart,
+    )?;
+    let side = frame.tangents[1];
+    Some(Knot {
+        length: a.length,
+        jacobi: [spread.dot(&side), turning.dot(&side)],
+        place,
+        near: nearest(graph, &frame.point, a.near),
+        heights: a.heights,
+        frame,
+    })
+}
+
+/// The geodesic from a knot on, which ends beyond the limits, where rays beside it meet it, or where the
+/// surface ends.
+pub(crate) fn shoot<const D: usize, S: Surface<D>>(
+    surface: &S,
+    start: Knot<D, S::Place>,
+    limits: &Limits<D, S::Place>,
+) -> Vec<Knot<D, S::Place>> {
+    let mut geometry = Geometry::new(D - 2);
+    let mut knot = start;
+    let mut knots = vec![knot];
+    let mut step = 0.5 * limits.longest_step(knot.near);
+    for _ in 0..MOST_STEPS {
+        let longest = limits.longest_step(knot.near);
+        step = step.min(longest);
+        let Some((next, error)) =
+            advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry)
+        else {
+            step *= 0.5;
+            if step < SHORTEST * longest {
+                break;
+            }
+            continue;
+        };
+        let excess = error / (limits.tolerance * step);
+        let change = 0.9 * excess.max(1e-4).powf(-0.25);
+        if excess > 1.0 && step > SHORTEST * longest {
+            step *= change.max(0.2);
+            continue;
+        }
+        let point = &next.frame.point;
+        let rim = surface.beyond_rim(point, next.place);
+        if rim.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
+            step *= 0.5;
+            if step < OVER_RIM * longest {
+                break;
+            }
+            continue;
+        }
+        knot = next;
+        knot.near = nearest(limits.graph, point, knot.near);
+        knots.push(knot);
+        if knot.jacobi[0] <= 0.0 || limits.beyond(knot.length, point, knot.near) {
+            break;
+        }
+        step *= change.min(3.0);
+    }
+    knots
+}
+
+/// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.
+fn advance<const D: usize, S: Surface<D>>(
+    surface: &S,
+    from: &Knot<D, S::Place>,
+    step: f64,
+    farthest: f64,
+    geometry: &mut Geometry<D>,
+) -> Option<(Knot<D, S::Place>, f64)> {
+    let start = State {
+        x: from.frame.point,
+        v: from.frame.tangents[0],
+        j: from.jacobi,
+    };
+    let mut slopes = [start; 7];
+    slopes[0] = start.slope(&from.frame);
+    let mut place = from.place;
+    for (i, weights) in AT.iter().enumerate() {
+        let stage = start.moved(step, &slopes[..=i], weights);
+        let frame = frame_at(surface, &stage.x, &mut place, geometry)?;
+        slopes[i + 1] = stage.slope(&frame);
+        if i + 1 < AT.len() {
+            continue;
+        }
+        let error = start.moved(step, &slopes, &DIFFERENCE);
+        let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
+        let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
+        let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
+        let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry, farthest)?;
+        let chord = (frame.point - start.x).norm();
+        if !(error.is_finite() && chord <= LONGER * step) {
+            return None;
+        }
+        let mut heights = from.heights;
+        let error_of_height = surface.height_error(place);
+        heights.add(
+            step,
+            frame.second[0].norm(),
+            error_of_height,
+            surface.resolution(place),
+        );
+        return Some((
+            Knot {
+                length: from.length + step,
+                frame,
+                jacobi: stage.j,
+                place,
+                near: from.near,
+                heights,
+            },
+            error,
+        ));
+    }
+    None
+}
+
+/// The node of the graph nearest to `x`, walking from one.
+pub(crate) fn nearest<const D: usize, P: Copy>(
+    graph: &Graph<D, P>,
+    x: &Vector<D>,
+    from: u32,
+) -> u32 {
+    let squared = |node: u32| (graph.nodes[node as usize].point - x).norm_squared();
+    let mut best = (squared(from), from);
+    loop {
+        let edges = graph.edges(best.1).iter();
+        let next = edges.fold(best, |best, edge| {
+            let there = squared(edge.to);
+            if there < best.0 {
+                (there, edge.to)
+            } else {
+                best
+            }
+        });
+        if next.1 == best.1 {
+            return best.1;
+        }
+        best = next;
+    }
+}
