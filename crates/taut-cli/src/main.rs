@@ -4,6 +4,7 @@ mod answer;
 mod check;
 mod clouds;
 mod demo;
+mod either;
 mod equations;
 mod exit;
 mod fit;

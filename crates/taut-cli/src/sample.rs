@@ -13,6 +13,7 @@ use taut_io::{PointSet, ReadOptions};
 
 use crate::answer::{flat, padded};
 use crate::clouds;
+use crate::either::Either;
 use crate::equations::{self, SEARCHED};
 use crate::exit::{Exit, Failure};
 use crate::models::{self, FileModel};
@@ -101,13 +102,13 @@ fn ends_of(sources: &Sources, progress: &Progress) -> Result<Vec<End>, Failure> 
 }
 
 /// Particles on a surface, and how its coordinates become the user's.
-struct Start<'a, const D: usize, S: Surface<D>> {
+struct Start<'a, const D: usize> {
     name: &'a str,
-    surface: &'a S,
+    surface: Either<'a, D>,
     centre: Vector<D>,
     /// Coordinates of a point.
     dimension: usize,
-    sources: Vec<Node<D, S::Place>>,
+    sources: Vec<Node<D, ChartIndex>>,
     /// The sources were given: they stay where they are.
     fixed: bool,
     size: f64,
@@ -149,12 +150,13 @@ fn of_equations<const D: usize>(
         });
     }
     progress.step("particles");
+    let surface = Either::Equations(&surface);
     let start = Start {
         name: &law.law.to_string(),
-        surface: &surface,
+        sources: on_surface(&surface, &seeds)?,
+        surface,
         centre: Vector::zeros(),
         dimension: law.dimension,
-        sources: on_surface(&surface, &seeds)?,
         fixed: !given.is_empty(),
         size,
         region: region.map(|region| Region {
@@ -217,7 +219,7 @@ fn of_atlas<const D: usize>(
     let given: Vec<_> = sources.iter().map(located).collect::<Result<_, _>>()?;
     let start = Start {
         name,
-        surface: atlas,
+        surface: Either::Charts(atlas),
         centre: atlas.cloud().centre,
         dimension,
         fixed: !given.is_empty(),
@@ -258,7 +260,7 @@ fn one_of_each<const D: usize>(
     (0..large as u32).filter_map(first).collect()
 }
 
-impl<const D: usize, S: Surface<D>> Start<'_, D, S> {
+impl<const D: usize> Start<'_, D> {
     fn spread(&self, settings: &SampleSettings) -> Result<Sampled, Failure> {
         let of_particles = particles::Settings {
             region: self.region,
@@ -273,7 +275,7 @@ impl<const D: usize, S: Surface<D>> Start<'_, D, S> {
             quality,
             ..
         } = particles::sample(
-            self.surface,
+            &self.surface,
             &self.sources,
             self.fixed,
             settings.count,
@@ -296,14 +298,15 @@ impl<const D: usize, S: Surface<D>> Start<'_, D, S> {
 }
 
 /// The feet of the sources.
-fn on_surface<const D: usize, S: Surface<D, Place = ()>>(
-    surface: &S,
+fn on_surface<const D: usize>(
+    surface: &Either<'_, D>,
     points: &[Vector<D>],
-) -> Result<Vec<Node<D, ()>>, Failure> {
+) -> Result<Vec<Node<D, ChartIndex>>, Failure> {
     let mut scratch = Geometry::new(D - surface.intrinsic_dimension());
     let foot = |point: &Vector<D>| {
-        let foot = surface.foot(point, &mut (), &mut scratch);
-        foot.map(|point| Node { point, place: () })
+        let mut place = 0;
+        let foot = surface.foot(point, &mut place, &mut scratch);
+        foot.map(|point| Node { point, place })
             .ok_or_else(|| Failure::End {
                 end: format!("{:?}", point.as_slice()),
                 reason: "the point cannot be pulled back onto the surface".to_owned(),

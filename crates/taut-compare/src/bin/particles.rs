@@ -179,7 +179,7 @@ fn genus2() -> Result<(), Failure> {
         .iter()
         .map(|node| node.point.into())
         .collect();
-    connect("genus 2", first, &points, &[], 4000, &Settings::new(size))?;
+    connect("genus 2", first, &points, &[], 2000, &Settings::new(size))?;
     Ok(())
 }
 
