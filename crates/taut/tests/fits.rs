@@ -245,7 +245,11 @@ fn models_that_contradict_themselves_are_refused() {
         Some(3)
     );
     assert_eq!(refused(&|m| m.charts[0].neighbours[1] = 1_000_000), Some(0));
-    assert_eq!(refused(&|m| m.charts[4].sides[0] = 0), Some(4));
+    assert_eq!(
+        refused(&|m| m.charts[0].neighbours.resize(9_999, 0)),
+        Some(0)
+    );
+    assert_eq!(refused(&|m| m.charts[4].sides[0] = i8::MIN), Some(4));
 }
 
 #[test]

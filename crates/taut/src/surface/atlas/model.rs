@@ -307,6 +307,13 @@ fn rim<const D: usize>(i: usize, given: &ModelChart) -> Result<Vec<Disc<D>>, Err
 /// Neighbours are charts that know each other, on one side or the other.
 fn neighbours(i: usize, given: &ModelChart, charts: &[ModelChart]) -> Result<(), Error> {
     let (list, sides) = (&given.neighbours, &given.sides);
+    // Before all else: the lists are compared item by item below.
+    expect(Some(i), list.len() <= charts.len(), || {
+        (
+            format!("{} neighbours", list.len()),
+            format!("at most {}, as there are charts", charts.len()),
+        )
+    })?;
     expect(Some(i), list.first() == Some(&(i as ChartIndex)), || {
         (
             format!("first neighbour {:?}", list.first()),
@@ -323,7 +330,7 @@ fn neighbours(i: usize, given: &ModelChart, charts: &[ModelChart]) -> Result<(),
             )
         })?;
     }
-    let fit = sides.len() == list.len() && sides.iter().all(|side| side.abs() == 1);
+    let fit = sides.len() == list.len() && sides.iter().all(|side| matches!(side, 1 | -1));
     expect(Some(i), fit, || {
         (
             format!("sides {sides:?}"),
