@@ -94,7 +94,7 @@ fn what_cannot_be_sampled_is_refused() {
         (&["--shape", "sphere:1", "-n", "0"], 2, "0"),
         (
             &["--shape", "sphere:1", "-n", "9", "--source", "1"],
-            2,
+            3,
             "coordinates",
         ),
         (
