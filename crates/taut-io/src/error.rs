@@ -124,6 +124,22 @@ pub enum WriteError {
         /// Number of paths given.
         count: usize,
     },
+    /// LAS holds what a scanner measured, so it is only written beside a file that has that.
+    #[error("{}: found points that come from no LAS or LAZ file, expected such a file to add dimensions to; write .ply, .csv, .vtp or .npy", file.display())]
+    Original {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The records of another file could not be copied.
+    #[error("{}: the records of {} cannot be copied: {reason}; write .ply, .csv, .vtp or .npy", file.display(), original.display())]
+    Las {
+        /// The file.
+        file: PathBuf,
+        /// The file copied from.
+        original: PathBuf,
+        /// What went wrong.
+        reason: String,
+    },
     /// The arrays of a path or of points do not fit each other.
     #[error("{}: path {path}: found {found}, expected {expected}; pass arrays that belong together", file.display())]
     Shape {

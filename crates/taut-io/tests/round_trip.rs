@@ -5,7 +5,10 @@
 use std::fs;
 use std::path::Path;
 
-use taut_io::{PointSet, Polyline, ReadOptions, WriteError, read, write_points, write_polylines};
+use taut_io::{
+    Column, PointSet, PointTable, Polyline, ReadOptions, WriteError, read, write_points,
+    write_polylines, write_table,
+};
 
 const POINTS: [f64; 15] = [
     0.1,
@@ -77,6 +80,103 @@ fn points_come_back_through_our_readers() {
             assert_eq!(points.normals.as_deref().map(bits), expected, "{extension}");
         }
     }
+}
+
+const DISTANCES: [f64; 5] = [0.0, 0.1, f64::INFINITY, 1.0 / 3.0, 2.0];
+const SOURCES: [f64; 5] = [0.0, 1.0, -1.0, 0.0, 1.0];
+const COLUMNS: [Column<'static>; 2] = [
+    Column {
+        name: "distance",
+        values: &DISTANCES,
+    },
+    Column {
+        name: "source",
+        values: &SOURCES,
+    },
+];
+
+fn table() -> PointTable<'static> {
+    PointTable {
+        dimension: 3,
+        coordinates: &POINTS,
+        normals: None,
+        columns: &COLUMNS,
+        colours: Some(&[[1, 2, 3]; 5]),
+    }
+}
+
+#[test]
+fn columns_stand_beside_the_points() {
+    let folder = tempfile::tempdir().unwrap();
+    for extension in ["ply", "csv"] {
+        let file = folder.path().join("table").with_extension(extension);
+        write_table(&file, &table(), None, None).unwrap();
+        assert_eq!(bits(&load(&file).coordinates), bits(&POINTS), "{extension}");
+    }
+    let text = fs::read_to_string(folder.path().join("table.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("x,y,z,distance,source"));
+    assert!(lines.nth(2).is_some_and(|line| line.ends_with(",inf,-1.0")));
+    let bytes = fs::read(folder.path().join("table.ply")).unwrap();
+    let body = bytes.len() - 5 * (5 * 8 + 3);
+    let header = String::from_utf8_lossy(&bytes[..body]);
+    assert!(
+        header.ends_with("property uchar blue\nend_header\n"),
+        "{header}"
+    );
+    assert_eq!(bytes[body + 24..][..8], DISTANCES[0].to_le_bytes());
+    assert_eq!(bytes[body + 40..][..3], [1, 2, 3]);
+    let file = folder.path().join("table.npy");
+    write_table(&file, &table(), None, None).unwrap();
+    let bytes = fs::read(&file).unwrap();
+    assert!(String::from_utf8_lossy(&bytes[..128]).contains("'shape': (5,)"));
+    assert!(bytes[128..].chunks(8).eq(DISTANCES.map(f64::to_le_bytes)));
+    let file = folder.path().join("table.vtp");
+    write_table(&file, &table(), None, None).unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.contains(r#"Name="distance""#) && text.contains(r#"NumberOfVerts="5""#));
+}
+
+/// The records of another file keep all that they have.
+#[test]
+fn las_gains_dimensions() {
+    let folder = tempfile::tempdir().unwrap();
+    let original = folder.path().join("scan.las");
+    let mut writer = las::Writer::from_path(&original, las::Header::default()).unwrap();
+    for i in 0..6 {
+        let point = las::Point {
+            x: f64::from(i),
+            intensity: 100 + i as u16,
+            ..las::Point::default()
+        };
+        writer.write_point(point).unwrap();
+    }
+    writer.close().unwrap();
+    for (name, rows) in [("part.las", [0, 1, 2, 4, 5]), ("part.laz", [1, 2, 3, 4, 5])] {
+        let file = folder.path().join(name);
+        write_table(&file, &table(), Some(&original), Some(&rows)).unwrap();
+        let mut reader = las::Reader::from_path(&file).unwrap();
+        let described = reader.header().vlrs().iter().any(|vlr| {
+            vlr.record_id == 4
+                && vlr.data.len() == 2 * 192
+                && vlr.data[4..].starts_with(b"distance\0")
+        });
+        assert!(described, "{name}");
+        let records = reader.read_points(10).unwrap();
+        for (i, record) in records.points().enumerate() {
+            let record = record.unwrap();
+            assert_eq!(usize::from(record.intensity), 100 + rows[i], "{name}");
+            assert_eq!(
+                record.extra_bytes[..8],
+                DISTANCES[i].to_le_bytes(),
+                "{name}"
+            );
+            assert_eq!(record.extra_bytes[8..], SOURCES[i].to_le_bytes(), "{name}");
+        }
+        assert_eq!(records.len(), 5);
+    }
+    let refused = write_table(&folder.path().join("new.las"), &table(), None, None);
+    assert!(matches!(refused, Err(WriteError::Original { .. })));
 }
 
 #[test]

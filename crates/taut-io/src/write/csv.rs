@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::iter;
 
-use super::{Polyline, Samples, column_names, have_normals, write_row};
+use super::{PointTable, Polyline, column_names, have_normals, write_row};
 
 const SEPARATOR: char = ',';
 
@@ -24,14 +24,19 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
     Ok(())
 }
 
-pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
-    writeln!(
+pub(super) fn write_points(out: &mut dyn Write, points: &PointTable<'_>) -> io::Result<()> {
+    write!(
         out,
         "{}",
-        header(samples.dimension, samples.normals.is_some())
+        header(points.dimension, points.normals.is_some())
     )?;
-    for (point, normal) in samples.rows() {
-        write_row(out, SEPARATOR, point.iter().chain(normal).copied())?;
+    for column in points.columns {
+        write!(out, "{SEPARATOR}{}", column.name)?;
+    }
+    writeln!(out)?;
+    for (row, (point, normal)) in points.rows().enumerate() {
+        let values = point.iter().chain(normal).chain(points.values(row));
+        write_row(out, SEPARATOR, values.copied())?;
         writeln!(out)?;
     }
     Ok(())

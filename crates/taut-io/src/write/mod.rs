@@ -3,6 +3,7 @@
 pub(crate) mod atomic;
 mod csv;
 mod json;
+mod las;
 mod npy;
 mod obj;
 mod ply;
@@ -15,7 +16,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::error::WriteError;
-use crate::format::extension_in_words;
+use crate::format::{Format, extension_in_words};
 
 const ANY_DIMENSION: &str = "write .csv, .json or .npy";
 
@@ -46,15 +47,40 @@ impl<'a> Polyline<'a> {
     }
 }
 
-/// Points without connection; the normals have the shape of the coordinates.
-#[derive(Clone, Copy)]
-struct Samples<'a> {
-    dimension: usize,
-    coordinates: &'a [f64],
-    normals: Option<&'a [f64]>,
+/// A number with a name for each of many points.
+#[derive(Debug, Clone, Copy)]
+pub struct Column<'a> {
+    /// What files call it.
+    pub name: &'a str,
+    /// One a point.
+    pub values: &'a [f64],
 }
 
-impl<'a> Samples<'a> {
+/// Points with what is known of each.
+#[derive(Debug, Clone, Copy)]
+pub struct PointTable<'a> {
+    /// Number of coordinates of a point.
+    pub dimension: usize,
+    /// Points x `dimension`, row-major, in the input's units.
+    pub coordinates: &'a [f64],
+    /// The surface's normal at each point, in the shape of `coordinates`.
+    pub normals: Option<&'a [f64]>,
+    /// Further numbers.
+    pub columns: &'a [Column<'a>],
+    /// sRGB, one a point.
+    pub colours: Option<&'a [[u8; 3]]>,
+}
+
+impl<'a> PointTable<'a> {
+    fn rows_count(&self) -> usize {
+        self.coordinates.len() / self.dimension
+    }
+
+    /// The values of all columns at a point.
+    fn values(&self, row: usize) -> impl Iterator<Item = &'a f64> {
+        self.columns.iter().map(move |column| &column.values[row])
+    }
+
     /// Each point with its normal, which is empty where there is none.
     fn rows(&self) -> impl Iterator<Item = (&'a [f64], &'a [f64])> {
         let (dimension, normals) = (self.dimension, self.normals);
@@ -75,7 +101,7 @@ fn have_normals(paths: &[Polyline<'_>]) -> bool {
 }
 
 type PathWriter = fn(&mut dyn Write, &[Polyline<'_>]) -> io::Result<()>;
-type PointWriter = fn(&mut dyn Write, &Samples<'_>) -> io::Result<()>;
+type PointWriter = fn(&mut dyn Write, &PointTable<'_>) -> io::Result<()>;
 
 /// A format by its extension. The flag says that it holds any dimension.
 const PATH_WRITERS: [(&str, bool, PathWriter); 7] = [
@@ -94,6 +120,13 @@ const POINT_WRITERS: [(&str, bool, PointWriter); 5] = [
     ("csv", true, csv::write_points),
     ("npy", true, npy::write_points),
     ("obj", false, obj::write_points),
+];
+
+const TABLE_WRITERS: [(&str, bool, PointWriter); 4] = [
+    ("npy", true, npy::write_first_column),
+    ("csv", true, csv::write_points),
+    ("ply", false, ply::write_points),
+    ("vtp", false, vtp::write_points),
 ];
 
 fn writer_of<T: Copy>(
@@ -173,26 +206,78 @@ pub fn write_points(
     coordinates: &[f64],
     normals: Option<&[f64]>,
 ) -> Result<(), WriteError> {
-    let fits = dimension > 0 && coordinates.len().is_multiple_of(dimension);
-    if !fits || normals.is_some_and(|normals| normals.len() != coordinates.len()) {
-        return Err(WriteError::Shape {
-            file: path.to_path_buf(),
-            path: 0,
-            found: format!(
-                "{} coordinates and {:?} of normals",
-                coordinates.len(),
-                normals.map(<[f64]>::len)
-            ),
-            expected: format!("a multiple of the dimension {dimension}, the same for both"),
-        });
-    }
-    let (_, writer) = writer_of(path, &POINT_WRITERS, "ply, xyz, csv, npy, obj", dimension)?;
-    let samples = Samples {
+    let points = PointTable {
         dimension,
         coordinates,
         normals,
+        columns: &[],
+        colours: None,
     };
-    atomic::write(path, |file| writer(file, &samples))
+    check_table(path, &points)?;
+    let (_, writer) = writer_of(path, &POINT_WRITERS, "ply, xyz, csv, npy, obj", dimension)?;
+    atomic::write(path, |file| writer(file, &points))
+}
+
+/// Writes points with named numbers in the format that the extension names.
+///
+/// | extension | holds |
+/// |---|---|
+/// | npy | the first column alone, float64 of shape (n,) |
+/// | csv | x, y, z, nx, ny, nz (x1 .. xd, n1 .. nd where d is not 3), then the columns |
+/// | ply | binary little endian: the same as double, then red, green, blue as uchar |
+/// | vtp | polydata of vertices, text, with the columns as point data |
+/// | las, laz | the records of `original`, which is such a file, with the columns as extra dimensions of type double |
+///
+/// `rows` are the rows of `original` that the points come from, all of them where `None`; records of other rows are left
+/// out. Infinite values are written as infinity in every format.
+///
+/// # Errors
+/// As [`write_polylines`]; for las and laz [`WriteError::Original`] where there is no original of that format.
+pub fn write_table(
+    path: &Path,
+    points: &PointTable<'_>,
+    original: Option<&Path>,
+    rows: Option<&[usize]>,
+) -> Result<(), WriteError> {
+    check_table(path, points)?;
+    if Format::from_path(path) == Some(Format::Las) {
+        return las::write_beside(path, points.columns, original, rows);
+    }
+    let known = "npy, csv, ply, vtp, las, laz";
+    let (_, writer) = writer_of(path, &TABLE_WRITERS, known, points.dimension)?;
+    atomic::write(path, |file| writer(file, points))
+}
+
+fn check_table(path: &Path, points: &PointTable<'_>) -> Result<(), WriteError> {
+    let length = points.coordinates.len();
+    let fits = points.dimension > 0 && length.is_multiple_of(points.dimension);
+    let found = if !fits
+        || points
+            .normals
+            .is_some_and(|normals| normals.len() != length)
+    {
+        format!(
+            "{length} coordinates and {:?} of normals",
+            points.normals.map(<[f64]>::len)
+        )
+    } else {
+        let rows = points.rows_count();
+        let wrong = points.columns.iter().find(|c| c.values.len() != rows);
+        match (wrong, points.colours) {
+            (Some(column), _) => format!("{} values of {}", column.values.len(), column.name),
+            (None, Some(colours)) if colours.len() != rows => format!("{} colours", colours.len()),
+            _ => return Ok(()),
+        }
+    };
+    Err(WriteError::Shape {
+        file: path.to_path_buf(),
+        path: 0,
+        found,
+        expected: format!(
+            "a multiple of the dimension {}, the same for all",
+            points.dimension
+        ),
+    })
 }
 
 fn check_shape(

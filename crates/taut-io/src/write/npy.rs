@@ -1,26 +1,35 @@
-//! NPY version 1: float64, little endian, C order, shape (n, d).
+//! NPY version 1: float64, little endian, C order.
 
 use std::io::{self, Write};
 
-use super::{Polyline, Samples};
+use super::{PointTable, Polyline};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     for path in paths {
-        write_array(out, path.dimension, path.points)?;
+        write_rows(out, path.dimension, path.points)?;
     }
     Ok(())
 }
 
-pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
-    write_array(out, samples.dimension, samples.coordinates)
+pub(super) fn write_points(out: &mut dyn Write, samples: &PointTable<'_>) -> io::Result<()> {
+    write_rows(out, samples.dimension, samples.coordinates)
 }
 
-fn write_array(out: &mut dyn Write, dimension: usize, values: &[f64]) -> io::Result<()> {
+/// The values of the first column, of shape (n,).
+pub(super) fn write_first_column(out: &mut dyn Write, points: &PointTable<'_>) -> io::Result<()> {
+    let values = points.columns.first().map_or(&[][..], |first| first.values);
+    write_array(out, &format!("({},)", values.len()), values)
+}
+
+fn write_rows(out: &mut dyn Write, dimension: usize, values: &[f64]) -> io::Result<()> {
+    let rows = values.len() / dimension;
+    write_array(out, &format!("({rows}, {dimension})"), values)
+}
+
+fn write_array(out: &mut dyn Write, shape: &str, values: &[f64]) -> io::Result<()> {
     const ALIGNMENT: usize = 64;
     const BEFORE_HEADER: usize = 10;
-    let rows = values.len() / dimension;
-    let mut header =
-        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {dimension}), }}");
+    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
     let length = (BEFORE_HEADER + header.len() + 1).next_multiple_of(ALIGNMENT) - BEFORE_HEADER;
     header.extend(std::iter::repeat_n(' ', length - 1 - header.len()));
     header.push('\n');

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{Polyline, Samples, have_normals, write_row};
+use super::{PointTable, Polyline, have_normals, write_row};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     write_lines(out, "v", paths.iter().map(|path| path.points))?;
@@ -21,7 +21,7 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
     Ok(())
 }
 
-pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
+pub(super) fn write_points(out: &mut dyn Write, samples: &PointTable<'_>) -> io::Result<()> {
     write_lines(out, "v", [samples.coordinates])?;
     write_lines(out, "vn", samples.normals)
 }

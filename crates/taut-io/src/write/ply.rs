@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{Polyline, Samples, have_normals};
+use super::{PointTable, Polyline, have_normals};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     let nodes = paths.iter().map(Polyline::nodes).sum();
@@ -41,12 +41,22 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
     Ok(())
 }
 
-pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
-    let rows = samples.coordinates.len() / samples.dimension;
-    write_vertex_header(out, rows, samples.normals.is_some())?;
+pub(super) fn write_points(out: &mut dyn Write, points: &PointTable<'_>) -> io::Result<()> {
+    write_vertex_header(out, points.rows_count(), points.normals.is_some())?;
+    for column in points.columns {
+        writeln!(out, "property double {}", column.name)?;
+    }
+    if points.colours.is_some() {
+        for name in ["red", "green", "blue"] {
+            writeln!(out, "property uchar {name}")?;
+        }
+    }
     writeln!(out, "end_header")?;
-    for (point, normal) in samples.rows() {
-        write_doubles(out, point.iter().chain(normal))?;
+    for (row, (point, normal)) in points.rows().enumerate() {
+        write_doubles(out, point.iter().chain(normal).chain(points.values(row)))?;
+        if let Some(colours) = points.colours {
+            out.write_all(&colours[row])?;
+        }
     }
     Ok(())
 }

@@ -1,22 +1,12 @@
-//! VTK XML polydata, text: lines with the point data arc_length and normals.
+//! VTK XML polydata, text: lines or vertices with point data.
 
 use std::io::{self, Write};
 
-use super::{Polyline, have_normals, write_row};
+use super::{PointTable, Polyline, have_normals, write_row};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     let nodes: usize = paths.iter().map(Polyline::nodes).sum();
-    writeln!(out, r#"<?xml version="1.0"?>"#)?;
-    writeln!(
-        out,
-        r#"<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">"#
-    )?;
-    writeln!(out, "<PolyData>")?;
-    writeln!(
-        out,
-        r#"<Piece NumberOfPoints="{nodes}" NumberOfVerts="0" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="0">"#,
-        paths.len()
-    )?;
+    write_head(out, nodes, 0, paths.len())?;
     let normals = have_normals(paths);
     let normals_attribute = if normals { r#" Normals="normals""# } else { "" };
     writeln!(
@@ -46,7 +36,44 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
         Some(*end)
     });
     write_integers(out, "offsets", ends)?;
-    writeln!(out, "</Lines>\n</Piece>\n</PolyData>\n</VTKFile>")
+    writeln!(out, "</Lines>\n{FOOT}")
+}
+
+/// Each point is a vertex of its own, so that viewers show them.
+pub(super) fn write_points(out: &mut dyn Write, points: &PointTable<'_>) -> io::Result<()> {
+    let count = points.rows_count();
+    write_head(out, count, count, 0)?;
+    match points.columns.first() {
+        Some(first) => writeln!(out, r#"<PointData Scalars="{}">"#, first.name)?,
+        None => writeln!(out, "<PointData>")?,
+    }
+    for column in points.columns {
+        write_doubles(out, column.name, 1, std::iter::once(column.values))?;
+    }
+    if let Some(normals) = points.normals {
+        write_doubles(out, "normals", 3, std::iter::once(normals))?;
+    }
+    writeln!(out, "</PointData>\n<Points>")?;
+    write_doubles(out, "points", 3, std::iter::once(points.coordinates))?;
+    writeln!(out, "</Points>\n<Verts>")?;
+    write_integers(out, "connectivity", 0..count)?;
+    write_integers(out, "offsets", 1..=count)?;
+    writeln!(out, "</Verts>\n{FOOT}")
+}
+
+const FOOT: &str = "</Piece>\n</PolyData>\n</VTKFile>";
+
+fn write_head(out: &mut dyn Write, points: usize, vertices: usize, lines: usize) -> io::Result<()> {
+    writeln!(out, r#"<?xml version="1.0"?>"#)?;
+    writeln!(
+        out,
+        r#"<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">"#
+    )?;
+    writeln!(out, "<PolyData>")?;
+    writeln!(
+        out,
+        r#"<Piece NumberOfPoints="{points}" NumberOfVerts="{vertices}" NumberOfLines="{lines}" NumberOfStrips="0" NumberOfPolys="0">"#
+    )
 }
 
 fn write_doubles<'a>(

@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::{Samples, column_names, write_row};
+use super::{PointTable, column_names, write_row};
 
-pub(super) fn write_points(out: &mut dyn Write, samples: &Samples<'_>) -> io::Result<()> {
+pub(super) fn write_points(out: &mut dyn Write, samples: &PointTable<'_>) -> io::Result<()> {
     if samples.dimension != 3 {
         let names = column_names(samples.dimension, samples.normals.is_some());
         writeln!(out, "{}", names.join(" "))?;
