@@ -42,7 +42,7 @@ pub use camera::Camera;
 pub use error::DrawError;
 pub use image::Image;
 pub use projection::Projection;
-pub use scene::{Colours, Marker, PALETTE, Radii, Scene, ScenePath};
+pub use scene::{Colours, Levels, Marker, PALETTE, Radii, Scene, ScenePath};
 pub use shade::Style;
 
 /// Draws `scene` as `camera` sees it.

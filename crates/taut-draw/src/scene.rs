@@ -14,6 +14,10 @@ pub const PALETTE: [[u8; 3]; 6] = [
     [86, 180, 233],
 ];
 
+/// The colour of points that nothing else colours, and where those of levels begin: light must show on them.
+const PLAIN: [u8; 3] = [205, 209, 214];
+const DARKEST: f64 = 0.12;
+
 /// Colours of the points, as sRGB.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Colours {
@@ -54,6 +58,17 @@ pub struct Marker {
     pub radius_pixels: Option<f64>,
 }
 
+/// A number at each point, shown by lines on which it is a multiple of an interval.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Levels {
+    /// One a point; not finite where there is none.
+    pub values: Vec<f64>,
+    /// By how much the value grows along each axis of the scene, one a point.
+    pub gradients: Vec<[f64; 3]>,
+    /// Between lines; more than 0.
+    pub interval: f64,
+}
+
 /// All that a picture shows.
 ///
 /// [`Scene::new`] and [`Scene::with_normals`] fill it from points alone; the fields may then be
@@ -69,6 +84,8 @@ pub struct Scene {
     pub colours: Colours,
     /// Radii of the discs.
     pub radii: Radii,
+    /// Isolines on the surface of the points.
+    pub levels: Option<Levels>,
     /// Lines over the points.
     pub paths: Vec<ScenePath>,
     /// Dots over the points.
@@ -112,8 +129,9 @@ impl Scene {
         Self {
             points,
             normals: Some(normals),
-            colours: Colours::Uniform([205, 209, 214]),
+            colours: Colours::Uniform(PLAIN),
             radii: Radii::PerPoint(radii),
+            levels: None,
             paths: Vec::new(),
             markers: Vec::new(),
             unit: Some(String::new()),
@@ -135,6 +153,25 @@ impl Scene {
             colour,
             width_pixels: None,
         });
+    }
+
+    /// Colours the points by a number and draws its isolines; points without a finite one stay grey.
+    pub fn show_levels(&mut self, levels: Levels) {
+        let finite = || levels.values.iter().copied().filter(|v| v.is_finite());
+        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        let colour = |value: &f64| {
+            if !value.is_finite() {
+                return PLAIN;
+            }
+            let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
+            colorous::VIRIDIS
+                .eval_continuous(DARKEST + (1.0 - DARKEST) * share)
+                .as_array()
+        };
+        self.colours = Colours::PerPoint(levels.values.iter().map(colour).collect());
+        self.levels = Some(levels);
     }
 
     /// Radius of the disc of point `index`, in scene units.
@@ -168,6 +205,10 @@ impl Scene {
         let expected = self.points.len();
         if let Some(normals) = &self.normals {
             expect_count("normals", normals.len(), expected)?;
+        }
+        if let Some(levels) = &self.levels {
+            expect_count("levels", levels.values.len(), expected)?;
+            expect_count("gradients of levels", levels.gradients.len(), expected)?;
         }
         if let Colours::PerPoint(colours) = &self.colours {
             expect_count("colours", colours.len(), expected)?;

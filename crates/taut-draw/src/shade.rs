@@ -31,6 +31,11 @@ const EDGE_DARKNESS: f32 = 0.4;
 /// An edge shows where a surface rises this many disc radii over what lies behind, and fully at
 /// twice as many.
 const EDGE_RISE: f32 = 1.5;
+/// Width in pixels of isolines, and the share of the light that they leave.
+const ISOLINE_WIDTH: f32 = 1.4;
+const ISOLINE_LIGHT: f32 = 0.35;
+/// Levels of samples beside each other that differ by more belong to different layers.
+const LARGEST_STEP: f32 = 0.5;
 /// How much the farthest surface fades into the background.
 const HAZE: f32 = 0.22;
 
@@ -157,7 +162,28 @@ impl<'a> Light<'a> {
         let surfel = &self.surface.surfels[place];
         let (diffuse, gloss) = reflect(surfel.normal);
         let haze = (depth - self.nearest) * self.haze_per_depth;
+        let open = open * (1.0 - (1.0 - ISOLINE_LIGHT) * self.on_isoline(place));
         self.lit(surfel, diffuse * open, gloss * open, haze)
+    }
+
+    /// The share of a sample that an isoline covers.
+    fn on_isoline(&self, place: usize) -> f32 {
+        let surface = self.surface;
+        let level = surface.surfels[place].level;
+        if level.is_nan() {
+            return 0.0;
+        }
+        let step = |offset: usize, inside: bool| {
+            let other = inside.then(|| surface.surfels[place + offset].level - level)?;
+            (other.abs() < LARGEST_STEP).then_some(other)
+        };
+        let right = step(1, place % surface.width + 1 < surface.width);
+        let down = step(surface.width, place + surface.width < surface.surfels.len());
+        let (Some(right), Some(down)) = (right, down) else {
+            return 0.0;
+        };
+        let off = (level - level.round()).abs() / right.hypot(down).max(f32::MIN_POSITIVE);
+        (0.5 * ISOLINE_WIDTH * surface.samples as f32 + 0.5 - off).clamp(0.0, 1.0)
     }
 
     fn lit(&self, surfel: &Surfel, diffuse: f32, gloss: f32, haze: f32) -> [f32; 3] {

@@ -33,6 +33,8 @@ pub(crate) struct Surfel {
     pub colour: [u8; 3],
     /// Radius of the discs here, in samples.
     pub radius: f32,
+    /// In intervals of the scene's levels; not a number where there is none.
+    pub level: f32,
 }
 
 /// The visible surface, on a grid finer than the picture.
@@ -57,6 +59,9 @@ struct Splat {
     /// Growth of the depth per sample to the right and down.
     slope: [f32; 2],
     colour: [u8; 3],
+    /// In intervals of the scene's levels, and its growth per sample to the right and down.
+    level: f32,
+    level_slope: [f32; 2],
 }
 
 /// Draws all discs.
@@ -137,6 +142,7 @@ fn blend(splats: &[Splat], width: usize, depth: &mut [f32]) -> Vec<Surfel> {
         normal: [0.0, 0.0, 1.0],
         colour: [0; 3],
         radius: 0.0,
+        level: f32::NAN,
     };
     let mut surfels = vec![nothing; depth.len()];
     depth
@@ -151,7 +157,8 @@ fn blend(splats: &[Splat], width: usize, depth: &mut [f32]) -> Vec<Surfel> {
                 let tolerance = SAME_SURFACE * splat.radius;
                 splat.for_band(band, width, height, |place, at, weight| {
                     if depth[place] < f32::INFINITY && at <= depth[place] + tolerance {
-                        blends[place].add(splat, at, weight);
+                        let level = splat.level_at(band * BAND, place, width);
+                        blends[place].add(splat, at, level, weight);
                     }
                 });
             }
@@ -177,13 +184,27 @@ fn project(scene: &Scene, camera: &Camera, samples: usize, index: usize) -> Opti
         .normal(index)
         .map_or([0.0, 0.0, 1.0], |normal| facing(camera.view().turn(normal)));
     let steepest = normal[2].max((EDGE_ON / radius).min(1.0));
+    let slope = [normal[0] / steepest, normal[1] / steepest];
+    let (level, level_slope) = scene
+        .levels
+        .as_ref()
+        .map_or((f32::NAN, [0.0; 2]), |levels| {
+            let per_sample = 1.0 / (camera.pixels_per_unit() * factor * levels.interval);
+            let growth = camera.view().turn(levels.gradients[index]);
+            let growth = growth.map(|g| (g * per_sample) as f32);
+            let level = (levels.values[index] / levels.interval) as f32;
+            let along = [0, 1].map(|axis| growth[axis] - growth[2] * slope[axis]);
+            (if level.is_finite() { level } else { f32::NAN }, along)
+        });
     Some(Splat {
         centre: [place[0], place[1]],
         depth: place[2],
         radius,
         normal,
-        slope: [normal[0] / steepest, normal[1] / steepest],
+        slope,
         colour: scene.colour(index),
+        level,
+        level_slope,
     })
 }
 
@@ -235,6 +256,13 @@ impl Splat {
         self.slope[0] * dx + self.slope[1] * dy
     }
 
+    /// The level at a place that counts from the first sample of a row.
+    fn level_at(&self, first_row: usize, place: usize, width: usize) -> f32 {
+        let dx = (place % width) as f32 + 0.5 - self.centre[0];
+        let dy = (first_row + place / width) as f32 + 0.5 - self.centre[1];
+        self.level + self.level_slope[0] * dx + self.level_slope[1] * dy
+    }
+
     /// Calls `hit(place, depth, weight)` for the samples of a band inside the disc; places count
     /// from the band's first sample, and the weight falls from 1 at the middle to 0 at the rim.
     fn for_band(
@@ -281,13 +309,15 @@ struct Blend {
     normal: [f32; 3],
     colour: [f32; 3],
     radius: f32,
+    level: f32,
 }
 
 impl Blend {
-    fn add(&mut self, splat: &Splat, depth: f32, weight: f32) {
+    fn add(&mut self, splat: &Splat, depth: f32, level: f32, weight: f32) {
         self.weight += weight;
         self.depth += weight * depth;
         self.radius += weight * splat.radius;
+        self.level += weight * level;
         for channel in 0..3 {
             self.normal[channel] += weight * splat.normal[channel];
             self.colour[channel] += weight * f32::from(splat.colour[channel]);
@@ -302,6 +332,7 @@ impl Blend {
             normal: self.normal.map(|component| component / length),
             colour: self.colour.map(|channel| (channel * share).round() as u8),
             radius: self.radius * share,
+            level: self.level * share,
         };
         (self.depth * share, surfel)
     }

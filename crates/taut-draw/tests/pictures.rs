@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use taut_draw::{Camera, DrawError, Image, Marker, PALETTE, Radii, Scene, Style, render};
+use taut_draw::{Camera, DrawError, Image, Levels, Marker, PALETTE, Radii, Scene, Style, render};
 
 const FRONT: [f64; 3] = [0.0, -1.0, 0.0];
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
@@ -103,6 +103,38 @@ fn a_smooth_surface_shows_no_grain() {
             let right = brightness(image.pixel(x + 1, y).unwrap());
             assert!((here - right).abs() < 0.02, "{x} {y}: {here} {right}");
         }
+    }
+}
+
+/// Isolines of the height are parallels: between the poles the middle column crosses seven, evenly spaced.
+#[test]
+fn isolines_lie_where_the_level_is_a_multiple() {
+    let mut scene = bare_sphere(5000).unwrap();
+    let heights = scene.points.iter().map(|point| point[2]);
+    let levels = Levels {
+        values: heights.collect(),
+        gradients: scene
+            .points
+            .iter()
+            .map(|[x, y, z]| [-x * z, -y * z, 1.0 - z * z])
+            .collect(),
+        interval: 0.25,
+    };
+    scene.show_levels(levels);
+    let camera = Camera::fit(&scene, FRONT, UP, 400, 400).unwrap();
+    let image = render(&scene, &camera, &Style::default()).unwrap();
+    let column: Vec<f64> = (0..400)
+        .map(|y| brightness(image.pixel(200, y).unwrap()))
+        .collect();
+    let is_dark = |y: usize| column[y] < 0.9 * column[y - 5].min(column[y + 5]);
+    let lines: Vec<usize> = (40..360)
+        .filter(|y| is_dark(*y) && !is_dark(y - 1))
+        .collect();
+    assert_eq!(lines.len(), 7, "{lines:?}");
+    let apart = lines.windows(2).map(|pair| pair[1] - pair[0]);
+    let expected = 0.25 * camera.pixels_per_unit();
+    for step in apart {
+        assert!((step as f64 - expected).abs() <= 2.0, "{lines:?}");
     }
 }
 
