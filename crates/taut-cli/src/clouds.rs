@@ -56,6 +56,16 @@ pub fn of_points(
     }
 }
 
+/// Refuses a kind of surface on which only paths are found.
+pub fn refuse_mls(model: &Model) -> Result<(), Failure> {
+    match model.reconstruction {
+        Reconstruction::Atlas => Ok(()),
+        Reconstruction::Mls => Err(Failure::Usage(
+            "--surface mls: only taut path finds something on it; leave it out".to_owned(),
+        )),
+    }
+}
+
 /// A smooth surface through points.
 pub fn atlas<const D: usize>(
     name: &str,

@@ -52,7 +52,7 @@ impl<const D: usize> Equations<D> for System {
     }
 }
 
-/// The sampling grows from at most so many of the pairs' ends.
+/// The sampling grows from at most so many of the queries' ends.
 const MOST_SEEDS: usize = 128;
 /// The box of a shape is widened by this share of its size, so that the surface lies inside.
 const SLACK: f64 = 0.01;
@@ -71,16 +71,25 @@ fn located<const D: usize>(
     pairs: Vec<[End; 2]>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let ends = points_of(pairs.iter().flatten(), settings.dimension)?;
+    let geodesics = geodesics::<D>(settings, pairs.iter().flatten(), progress)?;
+    let located = Located::new(geodesics, settings.dimension, pairs, None);
+    Ok(Box::new(located))
+}
+
+/// The surface sampled from the ends of queries.
+pub fn geodesics<'a, const D: usize>(
+    settings: &EquationSettings,
+    ends: impl IntoIterator<Item = &'a End>,
+    progress: &Progress,
+) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
+    let ends = points_of(ends, settings.dimension)?;
     let stride = ends.len().div_ceil(MOST_SEEDS).max(1);
     let seeds: Vec<Vector<D>> = ends
         .iter()
         .step_by(stride)
         .map(|point| padded(point))
         .collect();
-    let geodesics = sampled(settings, &ends, &seeds, progress)?;
-    let located = Located::new(geodesics, settings.dimension, pairs, None);
-    Ok(Box::new(located))
+    sampled(settings, &ends, &seeds, progress)
 }
 
 /// Where a surface is looked for when nothing says where it is.

@@ -9,7 +9,7 @@ use taut::surface::shapes::Shape;
 use taut_io::Format;
 
 use crate::exit::Exit;
-use crate::settings::{Bounds, Correction, End, Reconstruction, tolerance};
+use crate::settings::{Bounds, Correction, End, Reconstruction, coordinate, positive, tolerance};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,6 +21,8 @@ Examples:
       The shortest path between two points of a scan.
   taut path --implicit '(sqrt(x^2 + y^2) - 1)^2 + z^2 = 0.16' --from 1.4,0,0 --to=-1.4,0,0 --tol 1e-12
       The same on a torus given by its equation, to twelve digits.
+  taut field scan.ply --source 12 -o distances.ply --picture field.png
+      The distance from a point of a scan to all others.
   taut path scan.las --class 2 --pairs pairs.txt --json > paths.jsonl
       A path for each line of pairs.txt, on the ground points of a LiDAR scan.";
 
@@ -33,6 +35,17 @@ Examples:
 
 The length comes with two errors: length_error is that of the path on the surface taut works on,
 surface_error is what a surface reconstructed from points adds to it (0 for equations).";
+
+const FIELD_EXAMPLES: &str = "\
+Examples:
+  taut field scan.ply --source 12 -o distances.ply --picture field.png
+  taut field scan.las --class 2 --sources wells.txt -o ground.las
+  taut field torus.npy --source 0 -o distances.npy
+  taut field --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz
+
+Each distance comes with an estimate of its error, what the surface adds included, and with the number of
+the nearest source, the first is 0. What no source reaches is infinitely far.
+Without -o, --picture and --json the values go to standard output, a line a point.";
 
 const SAMPLE_EXAMPLES: &str = "\
 Examples:
@@ -77,6 +90,10 @@ pub enum Command {
     #[command(after_help = PATH_EXAMPLES)]
     #[command(after_long_help = format!("{PATH_EXAMPLES}\n\n{}", Exit::help()))]
     Path(PathFlags),
+    /// Find the distance from one or several sources to every point of a surface
+    #[command(after_help = FIELD_EXAMPLES)]
+    #[command(after_long_help = format!("{FIELD_EXAMPLES}\n\n{}", Exit::help()))]
+    Field(FieldFlags),
     /// Tell what a surface is like, and warn of what may go wrong
     Check(CheckFlags),
     /// Fit a smooth surface to a scan and keep it in a file that every command takes as SURFACE
@@ -199,6 +216,42 @@ pub struct PathFlags {
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Draw the surface with the paths over it
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct FieldFlags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// A point to measure from: a row of the file (the first is 0), or coordinates; repeat it for several
+    #[arg(long, value_name = "P", allow_hyphen_values = true)]
+    #[arg(required_unless_present = "sources", conflicts_with = "sources")]
+    pub source: Vec<End>,
+    /// A file of points to measure from: of text (.txt), rows or coordinates on each line, and behind them
+    /// the distance that the source starts with, if any; or a cloud
+    #[arg(long, value_name = "FILE")]
+    pub sources: Option<PathBuf>,
+    /// The distance that a source starts with; repeat it, once for each [default: 0]
+    #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = coordinate)]
+    pub start: Vec<f64>,
+    /// A file of points to find distances at, in any format that sources may have [default: all points of
+    /// the cloud]
+    #[arg(long, value_name = "FILE")]
+    pub at: Option<PathBuf>,
+    /// Largest relative error of the geodesics that carry the distances
+    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Look no farther than this; what is farther counts as not reached
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub max_distance: Option<f64>,
+    /// One JSON object that tells of the field
+    #[arg(long)]
+    pub json: bool,
+    /// Write the points with distance, error and source: .npy (distances alone) .csv .ply .vtp .las .laz
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Draw the surface coloured by the distance, with isolines
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
 }

@@ -7,6 +7,7 @@ mod demo;
 mod either;
 mod equations;
 mod exit;
+mod field;
 mod fit;
 mod flags;
 mod models;
@@ -16,6 +17,7 @@ mod picture;
 mod progress;
 mod sample;
 mod settings;
+mod sites;
 mod surface;
 
 use std::io::Write;
@@ -47,6 +49,7 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
     let progress = Progress::new(flags.quiet);
     threads.install(|| match flags.command {
         Command::Path(flags) => path::run(&flags.try_into()?, &progress),
+        Command::Field(flags) => field::run(&flags.try_into()?, &progress),
         Command::Check(flags) => check::run(&flags.try_into()?, &progress),
         Command::Fit(flags) => fit::run(&flags.try_into()?, &progress),
         Command::Sample(flags) => sample::run(&flags.try_into()?, &progress),

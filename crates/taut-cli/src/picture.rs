@@ -1,4 +1,4 @@
-//! Pictures of a surface with paths over it.
+//! Pictures of a surface with paths or distances over it.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use taut_draw::{Camera, DrawError, Projection, Radii, Scene, Style, render};
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
-use crate::output::with_errors;
+use crate::field::Answer;
+use crate::output::{significant, with_errors};
 use crate::surface::FlatSamples;
 
 const WIDTH: u32 = 1600;
@@ -22,18 +23,75 @@ pub fn draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(
     })
 }
 
-fn try_draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(), DrawError> {
+/// Distances at the points of a surface, and how they grow, in the coordinates of the input.
+pub struct Levels {
+    values: Vec<f64>,
+    /// Row-major.
+    gradients: Vec<f64>,
+}
+
+impl Levels {
+    pub fn of(answer: &Answer) -> Self {
+        Self {
+            values: answer.distance.clone(),
+            gradients: answer.gradient.clone(),
+        }
+    }
+}
+
+/// Isolines in a picture, about.
+const ISOLINES: f64 = 16.0;
+
+/// Draws samples of a surface, coloured by distances, with isolines, into a PNG file.
+pub fn draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Result<(), Failure> {
+    try_draw_levels(file, samples, levels).map_err(|error| Failure::Draw {
+        file: file.to_owned(),
+        error,
+    })
+}
+
+fn try_draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Result<(), DrawError> {
     let projection = Projection::new(samples.dimension, &samples.points)?;
+    let mut scene = scene_of(&projection, samples)?;
+    let interval = taut_draw::round_length(highest(&levels.values) / ISOLINES);
+    scene.show_levels(taut_draw::Levels {
+        values: levels.values.clone(),
+        gradients: projection.apply(&levels.gradients)?,
+        interval,
+    });
+    scene.caption = Some(format!(
+        "distance to {}, a line every {interval}",
+        significant(highest(&levels.values))
+    ));
+    finish(file, &scene)
+}
+
+fn highest(values: &[f64]) -> f64 {
+    let finite = values.iter().copied().filter(|v| v.is_finite());
+    finite.fold(0.0, f64::max)
+}
+
+fn scene_of(projection: &Projection, samples: &FlatSamples) -> Result<Scene, DrawError> {
     let points = projection.apply(&samples.points)?;
-    let mut scene = match &samples.discs {
+    match &samples.discs {
         Some((normals, radii)) if samples.dimension == 3 => {
             let normals = projection.apply(normals)?;
             let mut scene = Scene::with_normals(points, normals)?;
             scene.radii = Radii::PerPoint(radii.clone());
-            scene
+            Ok(scene)
         }
-        _ => Scene::new(points)?,
-    };
+        _ => Scene::new(points),
+    }
+}
+
+fn finish(file: &Path, scene: &Scene) -> Result<(), DrawError> {
+    let camera = Camera::automatic(scene, [0.0, 0.0, 1.0], WIDTH, HEIGHT)?;
+    render(scene, &camera, &Style::default())?.write_png(file)
+}
+
+fn try_draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(), DrawError> {
+    let projection = Projection::new(samples.dimension, &samples.points)?;
+    let mut scene = scene_of(&projection, samples)?;
     for path in paths {
         scene.add_path(smooth(&projection.apply(&path.points)?, &path.arc_length));
     }
@@ -41,8 +99,7 @@ fn try_draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(
         let caption = |length| format!("length {}", with_errors(length, only));
         scene.caption = only.length.map(caption);
     }
-    let camera = Camera::automatic(&scene, [0.0, 0.0, 1.0], WIDTH, HEIGHT)?;
-    render(&scene, &camera, &Style::default())?.write_png(file)
+    finish(file, &scene)
 }
 
 /// A curve through the nodes of a path: cubic Hermite pieces over the arc length.

@@ -9,7 +9,7 @@ use taut::guess::particles::{self, Quality, Region, Sampling};
 use taut::surface::atlas::{Atlas, ChartIndex};
 use taut::surface::implicit::{Equations, ImplicitSurface};
 use taut::surface::{Geometry, Node, Surface};
-use taut_io::{PointSet, ReadOptions};
+use taut_io::PointSet;
 
 use crate::answer::{flat, padded};
 use crate::clouds;
@@ -20,7 +20,8 @@ use crate::models::{self, FileModel};
 use crate::output::{line, significant, tell};
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{End, EquationSettings, Law, Model, SampleSettings, Source, Sources};
+use crate::settings::{End, EquationSettings, Law, Model, SampleSettings, Source};
+use crate::sites;
 use crate::surface::{FlatSamples, Locate, corners, with_size};
 
 /// Points spread over a surface, their dimension forgotten.
@@ -46,9 +47,10 @@ struct Facts {
 
 /// Samples the surface and writes what was asked for.
 pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let sources = ends_of(&settings.sources, progress)?;
+    let ends = |dimension| sites::ends_of_sources(&settings.sources, dimension, progress);
     let (name, sampled) = match &settings.source {
         Source::Equations(law) => {
+            let sources = ends(law.dimension)?;
             let sampled = with_size!(
                 law.dimension,
                 of_equations(settings, law, &sources, progress)
@@ -56,7 +58,9 @@ pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failu
             (law.law.to_string(), sampled)
         }
         Source::Cloud(cloud) => {
+            clouds::refuse_mls(&cloud.model)?;
             let points = clouds::read(cloud, progress)?;
+            let sources = ends(points.dimension)?;
             let name = cloud.file.display().to_string();
             let sampled = with_size!(
                 points.dimension,
@@ -66,6 +70,7 @@ pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failu
         }
         Source::Model(file) => {
             let model = models::read(file, progress)?;
+            let sources = ends(model.dimension())?;
             let name = file.display().to_string();
             let sampled = with_size!(
                 model.dimension(),
@@ -85,20 +90,6 @@ pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failu
     };
     tell(&facts, settings.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
-}
-
-/// The sources given.
-fn ends_of(sources: &Sources, progress: &Progress) -> Result<Vec<End>, Failure> {
-    match sources {
-        Sources::Any => Ok(Vec::new()),
-        Sources::Ends(ends) => Ok(ends.clone()),
-        Sources::File(file) => {
-            progress.step(format!("reading {}", file.display()));
-            let read = taut_io::read(file, &ReadOptions::default())?;
-            let rows = read.coordinates.chunks(read.dimension);
-            Ok(rows.map(|row| End::Point(row.to_vec())).collect())
-        }
-    }
 }
 
 /// Particles on a surface, and how its coordinates become the user's.

@@ -6,13 +6,16 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use taut::correction;
+use taut::field;
 use taut::guess::particles::Spread;
 use taut::surface::shapes::Shape;
 use taut_formula::Formula;
 use taut_io::ReadOptions;
 
 use crate::exit::Failure;
-use crate::flags::{CheckFlags, FitFlags, PathFlags, SampleFlags, SourceFlags, SurfaceFlags};
+use crate::flags::{
+    CheckFlags, FieldFlags, FitFlags, PathFlags, SampleFlags, SourceFlags, SurfaceFlags,
+};
 use crate::models;
 
 /// Where the surface comes from.
@@ -191,11 +194,20 @@ impl fmt::Display for End {
     }
 }
 
-fn coordinate(text: &str) -> Result<f64, String> {
+/// Reads a finite number.
+pub fn coordinate(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("found {text:?}, expected a finite number")),
     }
+}
+
+/// Reads a length above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    coordinate(text).and_then(|value| {
+        let found = format!("found {text:?}, expected a length above 0");
+        (value > 0.0).then_some(value).ok_or(found)
+    })
 }
 
 /// Reads a relative tolerance.
@@ -225,6 +237,40 @@ pub struct PathSettings {
     pub points: bool,
     pub output: Option<PathBuf>,
     pub picture: Option<PathBuf>,
+}
+
+/// What `taut field` was asked to do.
+pub struct FieldSettings {
+    pub source: Source,
+    pub sources: Sources,
+    /// Start values of the sources in their order; none where all are 0.
+    pub starts: Vec<f64>,
+    /// Points to find distances at, instead of those of the surface.
+    pub at: Option<PathBuf>,
+    pub field: field::Settings,
+    pub json: bool,
+    pub output: Option<PathBuf>,
+    pub picture: Option<PathBuf>,
+}
+
+impl TryFrom<FieldFlags> for FieldSettings {
+    type Error = Failure;
+
+    fn try_from(flags: FieldFlags) -> Result<Self, Failure> {
+        Ok(Self {
+            source: flags.surface.try_into()?,
+            sources: Sources::new(flags.source, flags.sources),
+            starts: flags.start,
+            at: flags.at,
+            field: field::Settings {
+                tolerance: flags.tolerance,
+                max_distance: flags.max_distance.unwrap_or(f64::INFINITY),
+            },
+            json: flags.json,
+            output: flags.output,
+            picture: flags.picture,
+        })
+    }
 }
 
 /// What `taut check` was asked to do.
@@ -289,7 +335,7 @@ pub struct SampleSettings {
     pub picture: Option<PathBuf>,
 }
 
-/// Where particles start.
+/// Points that particles or distances start from.
 pub enum Sources {
     /// Nowhere in particular.
     Any,
@@ -298,19 +344,24 @@ pub enum Sources {
     File(PathBuf),
 }
 
+impl Sources {
+    fn new(ends: Vec<End>, file: Option<PathBuf>) -> Self {
+        match file {
+            Some(file) => Self::File(file),
+            None if ends.is_empty() => Self::Any,
+            None => Self::Ends(ends),
+        }
+    }
+}
+
 impl TryFrom<SampleFlags> for SampleSettings {
     type Error = Failure;
 
     fn try_from(flags: SampleFlags) -> Result<Self, Failure> {
-        let sources = match flags.sources {
-            Some(file) => Sources::File(file),
-            None if flags.source.is_empty() => Sources::Any,
-            None => Sources::Ends(flags.source),
-        };
         Ok(Self {
             source: flags.surface.try_into()?,
             count: flags.count.get(),
-            sources,
+            sources: Sources::new(flags.source, flags.sources),
             spread: if flags.uniform {
                 Spread::Even
             } else {

@@ -121,15 +121,7 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
         rows_kept: Option<&[usize]>,
     ) -> Self {
         let locate = |named: End| {
-            let located = match (&named, rows_kept) {
-                (End::Point(point), _) if point.len() != dimension => Err(format!(
-                    "found {} coordinates, expected {dimension} as the surface's points have",
-                    point.len()
-                )),
-                (End::Row(row), Some(rows)) => row_read(*row, rows)
-                    .and_then(|position| on_surface(geodesics.surface(), &End::Row(position))),
-                (end, _) => on_surface(geodesics.surface(), end),
-            };
+            let located = locate(geodesics.surface(), dimension, rows_kept, &named);
             EndNode { named, located }
         };
         let pairs = pairs.into_par_iter().map(|pair| pair.map(locate)).collect();
@@ -167,19 +159,33 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
     }
 }
 
+/// The node of an end named for points of `dimension` coordinates, and how far it was moved there, or why it
+/// has none; `rows_kept` are the file's rows that were read, where some were not.
+pub fn locate<const D: usize, S: Locate<D>>(
+    surface: &S,
+    dimension: usize,
+    rows_kept: Option<&[usize]>,
+    end: &End,
+) -> Result<(Node<D, S::Place>, f64), String> {
+    let located = match (end, rows_kept) {
+        (End::Point(point), _) if point.len() != dimension => {
+            return Err(format!(
+                "found {} coordinates, expected {dimension} as the surface's points have",
+                point.len()
+            ));
+        }
+        (End::Row(row), Some(rows)) => surface.locate(&End::Row(row_read(*row, rows)?)),
+        (end, _) => surface.locate(end),
+    };
+    located.map_err(|error| error.to_string())
+}
+
 /// The position of a file's row among those that were read.
 fn row_read(row: usize, rows_kept: &[usize]) -> Result<usize, String> {
     rows_kept.binary_search(&row).map_err(|_| {
         "the row is not among those read (left out by --class, marked invalid, or past the end)"
             .to_owned()
     })
-}
-
-fn on_surface<const D: usize, S: Locate<D>>(
-    surface: &S,
-    end: &End,
-) -> Result<(Node<D, S::Place>, f64), String> {
-    surface.locate(end).map_err(|error| error.to_string())
 }
 
 impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {

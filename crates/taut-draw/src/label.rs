@@ -56,15 +56,7 @@ impl ScaleBar {
     /// The largest of 1, 2, 5, 10, ... that the picture has room for.
     fn new(pixels_per_unit: f64, width: f64, unit: &str) -> Self {
         let longest = LONGEST_BAR * width / pixels_per_unit;
-        let mut exponent = longest.log10().floor() as i32;
-        let mut digit = [5, 2, 1]
-            .into_iter()
-            .find(|&digit| length(digit, exponent) <= longest);
-        if digit.is_none() {
-            exponent -= 1;
-            digit = Some(5);
-        }
-        let digit = digit.unwrap_or(1);
+        let (digit, exponent) = round_at_most(longest);
         let number = number_text(digit, exponent);
         Self {
             pixels: length(digit, exponent) * pixels_per_unit,
@@ -105,6 +97,30 @@ impl ScaleBar {
 
 fn length(digit: i32, exponent: i32) -> f64 {
     f64::from(digit) * 10.0_f64.powi(exponent)
+}
+
+/// Digit and power of ten of the largest of 1, 2, 5, 10, ... that is not longer.
+fn round_at_most(longest: f64) -> (i32, i32) {
+    let exponent = longest.log10().floor() as i32;
+    let mut digits = [5, 2, 1].into_iter();
+    match digits.find(|digit| length(*digit, exponent) <= longest) {
+        Some(digit) => (digit, exponent),
+        None => (5, exponent - 1),
+    }
+}
+
+/// The largest of ..., 1, 2, 5, 10, ... that is not longer; 1 where none is.
+#[must_use]
+pub fn round_length(longest: f64) -> f64 {
+    if !(longest.is_normal() && longest > 0.0) {
+        return 1.0;
+    }
+    let (digit, exponent) = round_at_most(longest);
+    // A quotient of whole numbers is the nearest to the decimal fraction.
+    match exponent {
+        0.. => length(digit, exponent),
+        _ => f64::from(digit) / 10.0_f64.powi(-exponent),
+    }
 }
 
 /// Plain digits from 0.001 to 50,000; powers of ten beyond.

@@ -41,8 +41,9 @@ mod viewpoint;
 pub use camera::Camera;
 pub use error::DrawError;
 pub use image::Image;
+pub use label::round_length;
 pub use projection::Projection;
-pub use scene::{Colours, Levels, Marker, PALETTE, Radii, Scene, ScenePath};
+pub use scene::{Colours, Levels, Marker, PALETTE, Radii, Scene, ScenePath, level_colours};
 pub use shade::Style;
 
 /// Draws `scene` as `camera` sees it.

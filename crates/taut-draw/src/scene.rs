@@ -69,6 +69,25 @@ pub struct Levels {
     pub interval: f64,
 }
 
+/// Colours that tell numbers apart, dark for the least and bright for the largest; grey where one is not finite.
+#[must_use]
+pub fn level_colours(values: &[f64]) -> Vec<[u8; 3]> {
+    let finite = values.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    let colour = |value: &f64| {
+        if !value.is_finite() {
+            return PLAIN;
+        }
+        let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
+        colorous::VIRIDIS
+            .eval_continuous(DARKEST + (1.0 - DARKEST) * share)
+            .as_array()
+    };
+    values.iter().map(colour).collect()
+}
+
 /// All that a picture shows.
 ///
 /// [`Scene::new`] and [`Scene::with_normals`] fill it from points alone; the fields may then be
@@ -157,20 +176,7 @@ impl Scene {
 
     /// Colours the points by a number and draws its isolines; points without a finite one stay grey.
     pub fn show_levels(&mut self, levels: Levels) {
-        let finite = || levels.values.iter().copied().filter(|v| v.is_finite());
-        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
-        let colour = |value: &f64| {
-            if !value.is_finite() {
-                return PLAIN;
-            }
-            let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
-            colorous::VIRIDIS
-                .eval_continuous(DARKEST + (1.0 - DARKEST) * share)
-                .as_array()
-        };
-        self.colours = Colours::PerPoint(levels.values.iter().map(colour).collect());
+        self.colours = Colours::PerPoint(level_colours(&levels.values));
         self.levels = Some(levels);
     }
 

@@ -20,6 +20,7 @@
 mod error;
 mod format;
 mod json_lines;
+mod numbers;
 mod pairs;
 mod point_set;
 mod read;
@@ -29,6 +30,7 @@ mod write;
 pub use error::{Place, ReadError, WriteError};
 pub use format::Format;
 pub use json_lines::{read_json_lines, write_json_lines};
+pub use numbers::{Numbers, read_numbers};
 pub use pairs::{Pairs, read_pairs, read_pairs_from};
 pub use point_set::{PointSet, ReadOptions};
 pub use read::read;

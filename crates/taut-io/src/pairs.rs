@@ -5,7 +5,8 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use crate::error::{Fault, ReadError, quoted};
-use crate::text::{Separator, as_text, content_lines, number};
+use crate::numbers::table;
+use crate::text::{Separator, as_text, content_lines};
 
 /// Pairs of ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,9 +65,10 @@ fn parse(mut source: impl BufRead) -> Result<Pairs, Fault> {
     let separator = Separator::of(first);
     match separator.fields(first).count() {
         2 => parse_indices(text, separator),
-        columns if columns >= 4 && columns % 2 == 0 => {
-            parse_coordinates(text, separator, columns, line)
-        }
+        columns if columns >= 4 && columns % 2 == 0 => Ok(Pairs::Coordinates {
+            dimension: columns / 2,
+            values: table(text, separator, columns, line, REMEDY)?,
+        }),
         columns => Err(wrong(
             line,
             format!("{columns} columns"),
@@ -76,9 +78,11 @@ fn parse(mut source: impl BufRead) -> Result<Pairs, Fault> {
 }
 
 fn wrong(line: usize, found: String, expected: &str) -> Fault {
-    let remedy = "write two row numbers (the first row is 0) or two points' coordinates on a line";
-    Fault::line(line, found, expected, remedy)
+    Fault::line(line, found, expected, REMEDY)
 }
+
+const REMEDY: &str =
+    "write two row numbers (the first row is 0) or two points' coordinates on a line";
 
 fn parse_indices(text: &str, separator: Separator) -> Result<Pairs, Fault> {
     let mut pairs = Vec::new();
@@ -103,37 +107,6 @@ fn parse_indices(text: &str, separator: Separator) -> Result<Pairs, Fault> {
         pairs.push(pair);
     }
     Ok(Pairs::Indices(pairs))
-}
-
-fn parse_coordinates(
-    text: &str,
-    separator: Separator,
-    columns: usize,
-    first_line: usize,
-) -> Result<Pairs, Fault> {
-    let mut values = Vec::new();
-    for (line, row) in content_lines(text) {
-        let before = values.len();
-        for field in separator.fields(row) {
-            let value = number(field, line)?;
-            if !value.is_finite() {
-                return Err(wrong(line, quoted(field), "a finite number"));
-            }
-            values.push(value);
-        }
-        let found = values.len() - before;
-        if found != columns {
-            return Err(wrong(
-                line,
-                format!("{found} columns"),
-                &format!("{columns} as in line {first_line}"),
-            ));
-        }
-    }
-    Ok(Pairs::Coordinates {
-        dimension: columns / 2,
-        values,
-    })
 }
 
 #[cfg(test)]

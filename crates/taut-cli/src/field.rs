@@ -1,0 +1,257 @@
+//! `taut field`.
+
+mod answer;
+mod write;
+
+use std::path::Path;
+
+use taut::field::{Field, Fields, Source};
+use taut::geodesics::Geodesics;
+use taut::surface::Node;
+use taut_io::PointSet;
+
+use crate::answer::coordinates;
+use crate::clouds;
+use crate::equations;
+use crate::exit::{Exit, Failure};
+use crate::models;
+use crate::picture::Levels;
+use crate::progress::Progress;
+use crate::settings::{CloudSettings, End, EquationSettings, FieldSettings, Source as From};
+use crate::sites::{self, Site};
+use crate::surface::{FlatSamples, Locate, flat_samples, locate, with_size};
+pub use answer::Answer;
+
+/// A field, its dimension forgotten, with what a picture shows of it.
+struct Found {
+    answer: Answer,
+    sources: usize,
+    /// The file's rows that the points come from, where some were left out.
+    rows_kept: Option<Vec<usize>>,
+    drawn: Option<(FlatSamples, Levels)>,
+}
+
+/// Finds the distances and writes what was asked for.
+pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let found = match &settings.source {
+        From::Cloud(cloud) => {
+            clouds::refuse_mls(&cloud.model)?;
+            let points = clouds::read(cloud, progress)?;
+            with_size!(
+                points.dimension,
+                of_cloud(settings, cloud, &points, progress)
+            )?
+        }
+        From::Model(file) => {
+            let model = models::read(file, progress)?;
+            with_size!(
+                model.dimension(),
+                of_model(settings, file, &model, progress)
+            )?
+        }
+        From::Equations(law) => with_size!(law.dimension, of_equations(settings, law, progress))?,
+    };
+    write::write(settings, &found, progress)?;
+    Ok(Exit::Success)
+}
+
+fn of_cloud<const D: usize>(
+    settings: &FieldSettings,
+    cloud: &CloudSettings,
+    points: &PointSet,
+    progress: &Progress,
+) -> Result<Found, Failure> {
+    let name = cloud.file.display().to_string();
+    let atlas = clouds::atlas::<D>(&name, points, &cloud.model, progress)?;
+    clouds::note_changes(&name, &atlas, progress);
+    let asked = Asked {
+        settings,
+        name: &name,
+        geodesics: &Geodesics::of_atlas(atlas),
+        dimension: points.dimension,
+        rows_kept: points.rows_kept.as_deref(),
+        progress,
+    };
+    asked.found(|fields, field| {
+        let values = fields.at_points(field);
+        let mut answer = asked.empty(points.coordinates.clone(), None);
+        for point in &asked.geodesics.surface().cloud().point_of_row {
+            answer.push(point.map(|point| &values[point as usize]));
+        }
+        Some(answer)
+    })
+}
+
+fn of_model<const D: usize>(
+    settings: &FieldSettings,
+    file: &Path,
+    model: &models::FileModel,
+    progress: &Progress,
+) -> Result<Found, Failure> {
+    let asked = Asked {
+        settings,
+        name: &file.display().to_string(),
+        geodesics: &Geodesics::of_atlas(model.atlas::<D>()?),
+        dimension: model.dimension(),
+        rows_kept: None,
+        progress,
+    };
+    asked.found(|_, _| None)
+}
+
+fn of_equations<const D: usize>(
+    settings: &FieldSettings,
+    law: &EquationSettings,
+    progress: &Progress,
+) -> Result<Found, Failure> {
+    let sources = sites::of_sources(&settings.sources, law.dimension, progress)?;
+    let ends = sources.iter().map(|site| &site.end);
+    let asked = Asked {
+        settings,
+        name: &law.law.to_string(),
+        geodesics: &equations::geodesics::<D>(law, ends, progress)?,
+        dimension: law.dimension,
+        rows_kept: None,
+        progress,
+    };
+    asked.found(|_, _| None)
+}
+
+/// A surface with what is asked of it.
+struct Asked<'a, const D: usize, S: Locate<D>> {
+    settings: &'a FieldSettings,
+    name: &'a str,
+    geodesics: &'a Geodesics<D, S>,
+    /// Coordinates of a point.
+    dimension: usize,
+    rows_kept: Option<&'a [usize]>,
+    progress: &'a Progress,
+}
+
+impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
+    /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
+    fn found(
+        &self,
+        own: impl FnOnce(&Fields<'_, D, S>, &Field<D>) -> Option<Answer>,
+    ) -> Result<Found, Failure> {
+        let sources = self.sources()?;
+        let refused = |error| Failure::Surface {
+            surface: self.name.to_owned(),
+            error,
+        };
+        self.progress.step("distances");
+        let fields = Fields::new(self.geodesics).map_err(refused)?;
+        let field = fields
+            .from(&sources, &self.settings.field)
+            .map_err(refused)?;
+        let own = own(&fields, &field);
+        let picture = self.settings.picture.is_some();
+        let drawn = picture.then(|| self.drawn(&fields, &field, own.as_ref()));
+        let answer = match &self.settings.at {
+            Some(file) => self.at(&fields, &field, &sites::of_file(file, self.dimension, self.progress)?)?,
+            None => own.ok_or_else(|| Failure::Usage(format!(
+                "{}: found a surface without points of its own, expected points to find distances at; name them with --at FILE (taut sample writes some)",
+                self.name
+            )))?,
+        };
+        Ok(Found {
+            answer,
+            sources: sources.len(),
+            rows_kept: self.rows_kept.map(<[usize]>::to_vec),
+            drawn,
+        })
+    }
+
+    fn sources(&self) -> Result<Vec<Source<D, S::Place>>, Failure> {
+        let sites = sites::of_sources(&self.settings.sources, self.dimension, self.progress)?;
+        let starts = &self.settings.starts;
+        if !starts.is_empty() && starts.len() != sites.len() {
+            return Err(Failure::Usage(format!(
+                "--start: found {} values, expected one for each of {} sources",
+                starts.len(),
+                sites.len()
+            )));
+        }
+        let source = |(i, site): (usize, &Site)| {
+            let (node, _) = self.locate(&site.end)?;
+            let start = site.value.or_else(|| starts.get(i).copied());
+            Ok(Source {
+                node,
+                start: start.unwrap_or(0.0),
+            })
+        };
+        sites.iter().enumerate().map(source).collect()
+    }
+
+    fn locate(&self, end: &End) -> Result<(Node<D, S::Place>, f64), Failure> {
+        let surface = self.geodesics.surface();
+        locate(surface, self.dimension, self.rows_kept, end).map_err(|reason| Failure::End {
+            end: end.to_string(),
+            reason,
+        })
+    }
+
+    fn empty(&self, points: Vec<f64>, moved: Option<Vec<f64>>) -> Answer {
+        Answer::new(self.name, self.dimension, points, moved)
+    }
+
+    /// The field at sites; a row must have a place on the surface, a point need not.
+    fn at(
+        &self,
+        fields: &Fields<'_, D, S>,
+        field: &Field<D>,
+        sites: &[Site],
+    ) -> Result<Answer, Failure> {
+        let centre = self.geodesics.surface().centre();
+        let mut points = Vec::with_capacity(sites.len() * self.dimension);
+        let mut located = Vec::with_capacity(sites.len());
+        for site in sites {
+            let found = self.locate(&site.end);
+            match &site.end {
+                End::Point(point) => {
+                    points.extend_from_slice(point);
+                    located.push(found.ok());
+                }
+                End::Row(_) => {
+                    let found = found?;
+                    points.extend(coordinates(&(found.0.point + centre), self.dimension));
+                    located.push(Some(found));
+                }
+            }
+        }
+        let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
+        let mut answer = self.empty(points, Some(located.iter().map(moved).collect()));
+        for found in located {
+            let value = found.map(|(node, _)| fields.at(field, &node));
+            answer.push(value.as_ref());
+        }
+        Ok(answer)
+    }
+
+    /// Points of the surface, its own where it has any, with the field at them.
+    fn drawn(
+        &self,
+        fields: &Fields<'_, D, S>,
+        field: &Field<D>,
+        own: Option<&Answer>,
+    ) -> (FlatSamples, Levels) {
+        if let Some(own) = own {
+            let samples = FlatSamples {
+                dimension: self.dimension,
+                points: own.points.clone(),
+                discs: None,
+            };
+            return (samples, Levels::of(own));
+        }
+        let surface = self.geodesics.surface();
+        let samples = flat_samples(&surface.samples(), &surface.centre(), self.dimension);
+        let mut answer = self.empty(Vec::new(), None);
+        for point in samples.points.chunks(self.dimension) {
+            let found = self.locate(&End::Point(point.to_vec())).ok();
+            let value = found.map(|(node, _)| fields.at(field, &node));
+            answer.push(value.as_ref());
+        }
+        let levels = Levels::of(&answer);
+        (samples, levels)
+    }
+}

@@ -1,0 +1,116 @@
+//! Distances at points, their dimension forgotten.
+
+use serde::Serialize;
+use taut::Vector;
+use taut::field::Value;
+
+use crate::answer::coordinates;
+
+/// A field at points, in the coordinates and units of the input.
+pub struct Answer {
+    pub surface: String,
+    /// Coordinates of a point.
+    pub dimension: usize,
+    /// Row-major.
+    pub points: Vec<f64>,
+    /// From the nearest source, its start value added; infinite where unreached, not a number where the
+    /// point has no place on the surface.
+    pub distance: Vec<f64>,
+    /// Estimated error of the distance.
+    pub error: Vec<f64>,
+    /// The nearest source, the first is 0; -1 where there is none.
+    pub source: Vec<f64>,
+    /// By how much the distance grows along each axis, row-major; zero where there is no direction.
+    pub gradient: Vec<f64>,
+    /// How far each point was moved onto the surface; `None` for points of the surface itself.
+    pub moved: Option<Vec<f64>>,
+}
+
+impl Answer {
+    pub fn new(surface: &str, dimension: usize, points: Vec<f64>, moved: Option<Vec<f64>>) -> Self {
+        let rows = points.len() / dimension;
+        Self {
+            surface: surface.to_owned(),
+            dimension,
+            points,
+            distance: Vec::with_capacity(rows),
+            error: Vec::with_capacity(rows),
+            source: Vec::with_capacity(rows),
+            gradient: Vec::with_capacity(rows * dimension),
+            moved,
+        }
+    }
+
+    /// The value at the next point; `None` where it has no place on the surface.
+    pub fn push<const D: usize>(&mut self, value: Option<&Value<D>>) {
+        let value = value.copied().unwrap_or(Value {
+            distance: f64::NAN,
+            error: f64::NAN,
+            source: u32::MAX,
+            direction: Vector::zeros(),
+        });
+        self.distance.push(value.distance);
+        self.error.push(value.error);
+        let reached = value.source != u32::MAX;
+        self.source.push(if reached {
+            f64::from(value.source)
+        } else {
+            -1.0
+        });
+        self.gradient
+            .extend(coordinates(&value.direction, self.dimension));
+    }
+
+    /// What is told of the field. `sources` were asked for.
+    pub fn facts(&self, sources: usize) -> Facts {
+        let reached = || {
+            self.distance
+                .iter()
+                .zip(&self.error)
+                .filter(|v| v.0.is_finite())
+        };
+        let mut errors: Vec<f64> = reached().map(|(_, error)| *error).collect();
+        errors.sort_by(f64::total_cmp);
+        let count = |matches: fn(f64) -> bool| {
+            self.distance
+                .iter()
+                .filter(|distance| matches(**distance))
+                .count()
+        };
+        let largest_move = self.moved.as_ref().map(|moved| {
+            let known = moved.iter().copied().filter(|moved| !moved.is_nan());
+            known.fold(0.0, f64::max)
+        });
+        Facts {
+            surface: self.surface.clone(),
+            points: self.distance.len(),
+            sources,
+            farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
+            error_median: errors.get(errors.len() / 2).copied(),
+            error_most: errors.last().copied(),
+            unreached: count(f64::is_infinite),
+            unusable: count(f64::is_nan),
+            moved_most: largest_move,
+        }
+    }
+}
+
+/// What is told of a field. Lengths are in the units of the input.
+#[derive(Serialize)]
+pub struct Facts {
+    pub surface: String,
+    pub points: usize,
+    pub sources: usize,
+    /// The largest distance; `None` where no point is reached.
+    pub farthest: Option<f64>,
+    /// Estimated errors over the points reached.
+    pub error_median: Option<f64>,
+    pub error_most: Option<f64>,
+    /// Points that are infinitely far.
+    pub unreached: usize,
+    /// Points without a place on the surface.
+    pub unusable: usize,
+    /// The most that a point was moved onto the surface; `None` for points of the surface itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moved_most: Option<f64>,
+}

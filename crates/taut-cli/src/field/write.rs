@@ -1,0 +1,114 @@
+//! Fields on standard output, in files and in pictures.
+
+use std::io::{self, BufWriter, Write};
+
+use taut_io::{Column, PointTable, write_table};
+
+use crate::exit::Failure;
+use crate::field::Found;
+use crate::field::answer::{Answer, Facts};
+use crate::output::{exponential, line, significant, tell};
+use crate::picture;
+use crate::progress::Progress;
+use crate::settings::{FieldSettings, Source};
+
+/// Writes the files asked for and tells of the field; without any its values go to standard output.
+pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Result<(), Failure> {
+    let facts = found.answer.facts(found.sources);
+    if let Some(file) = &settings.output {
+        progress.step("writing the distances");
+        let original = match (&settings.source, &settings.at) {
+            (_, Some(file)) => Some(file.as_path()),
+            (Source::Cloud(cloud), None) => Some(cloud.file.as_path()),
+            _ => None,
+        };
+        let rows = found.rows_kept.as_deref().filter(|_| settings.at.is_none());
+        let columns = columns(&found.answer);
+        let colours = taut_draw::level_colours(&found.answer.distance);
+        let table = PointTable {
+            dimension: found.answer.dimension,
+            coordinates: &found.answer.points,
+            normals: None,
+            columns: &columns,
+            colours: Some(&colours),
+        };
+        write_table(file, &table, original, rows)?;
+    }
+    if let (Some(file), Some((samples, levels))) = (&settings.picture, &found.drawn) {
+        progress.step("drawing");
+        picture::draw_levels(file, samples, levels)?;
+    }
+    note(&facts, progress);
+    progress.clear();
+    if settings.json || settings.output.is_some() || settings.picture.is_some() {
+        return tell(&facts, settings.json, |out, facts| write_facts(out, facts));
+    }
+    Ok(write_rows(&found.answer)?)
+}
+
+/// The columns of a table: the distance first, which formats of one column hold alone.
+fn columns(answer: &Answer) -> Vec<Column<'_>> {
+    let known = [
+        ("distance", &answer.distance),
+        ("error", &answer.error),
+        ("source", &answer.source),
+    ];
+    let moved = answer.moved.as_ref().map(|moved| ("moved", moved));
+    let all = known.into_iter().chain(moved);
+    all.map(|(name, values)| Column { name, values }).collect()
+}
+
+fn note(facts: &Facts, progress: &Progress) {
+    let Facts {
+        surface,
+        points,
+        unreached,
+        unusable,
+        ..
+    } = facts;
+    if *unreached > 0 {
+        progress.note(&format!(
+            "{surface}: {unreached} of {points} points are not reached: their distance is inf"
+        ));
+    }
+    if *unusable > 0 {
+        progress.note(&format!(
+            "{surface}: {unusable} of {points} points have no place on the surface: their distance is NaN"
+        ));
+    }
+}
+
+fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
+    line(out, "surface", &facts.surface)?;
+    line(out, "points", &facts.points.to_string())?;
+    line(out, "sources", &facts.sources.to_string())?;
+    let farthest = facts
+        .farthest
+        .map_or("none reached".to_owned(), significant);
+    line(out, "farthest", &farthest)?;
+    let errors = [facts.error_median, facts.error_most].map(exponential);
+    let errors = format!("{} (median), {} at most", errors[0], errors[1]);
+    line(out, "estimated error", &errors)?;
+    line(out, "not reached", &facts.unreached.to_string())?;
+    if let Some(moved) = facts.moved_most {
+        line(out, "moved by at most", &exponential(Some(moved)))?;
+        line(out, "off the surface", &facts.unusable.to_string())?;
+    }
+    Ok(())
+}
+
+/// A line for each point.
+fn write_rows(answer: &Answer) -> io::Result<()> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let columns = columns(answer);
+    let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
+    writeln!(out, "# {}", names.join("\t"))?;
+    for row in 0..answer.distance.len() {
+        for (i, column) in columns.iter().enumerate() {
+            let separator = if i > 0 { "\t" } else { "" };
+            write!(out, "{separator}{}", column.values[row])?;
+        }
+        writeln!(out)?;
+    }
+    out.flush()
+}

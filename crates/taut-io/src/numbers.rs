@@ -1,0 +1,114 @@
+//! Rows of numbers, as text.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::{Fault, ReadError, quoted};
+use crate::text::{Separator, as_text, content_lines, number};
+
+/// A table of finite numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Numbers {
+    /// Numbers in a row, at least 1.
+    pub columns: usize,
+    /// Row-major.
+    pub values: Vec<f64>,
+}
+
+/// Reads a text file whose lines all hold as many finite numbers as the first.
+///
+/// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines are skipped.
+///
+/// # Errors
+/// [`ReadError`] where the file cannot be read, holds no number, or a line is not like the first.
+pub fn read_numbers(path: &Path) -> Result<Numbers, ReadError> {
+    read(path).map_err(|fault| fault.in_file(path))
+}
+
+fn read(path: &Path) -> Result<Numbers, Fault> {
+    let mut bytes = Vec::new();
+    File::open(path)?.read_to_end(&mut bytes)?;
+    if bytes.is_empty() {
+        return Err(Fault::Empty);
+    }
+    let text = as_text(&bytes)?;
+    let remedy = "write one row of numbers on a line";
+    let Some((line, first)) = content_lines(text).next() else {
+        let lines = text.lines().count();
+        return Err(Fault::line(lines, "no number", "at least one", remedy));
+    };
+    let separator = Separator::of(first);
+    let columns = separator.fields(first).count();
+    let values = table(text, separator, columns, line, remedy)?;
+    Ok(Numbers { columns, values })
+}
+
+/// The numbers of a text whose lines have so many columns, as its first line with content has.
+pub(crate) fn table(
+    text: &str,
+    separator: Separator,
+    columns: usize,
+    first_line: usize,
+    remedy: &str,
+) -> Result<Vec<f64>, Fault> {
+    let mut values = Vec::new();
+    for (line, row) in content_lines(text) {
+        let before = values.len();
+        for field in separator.fields(row) {
+            let value = number(field, line)?;
+            if !value.is_finite() {
+                return Err(Fault::line(line, quoted(field), "a finite number", remedy));
+            }
+            values.push(value);
+        }
+        let found = values.len() - before;
+        if found != columns {
+            let expected = format!("{columns} as in line {first_line}");
+            return Err(Fault::line(
+                line,
+                format!("{found} columns"),
+                expected,
+                remedy,
+            ));
+        }
+    }
+    Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Place;
+
+    fn of_text(text: &str) -> Result<Numbers, ReadError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("numbers.txt");
+        std::fs::write(&file, text).expect("a file");
+        read_numbers(&file)
+    }
+
+    #[test]
+    fn lines_are_rows() {
+        let found = of_text("# row, start\n3, 0.5\n\n12,1e-3 # last\n").expect("numbers");
+        let values = vec![3.0, 0.5, 12.0, 1e-3];
+        assert_eq!(found, Numbers { columns: 2, values });
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, wrong) in [
+            ("1 2\n3\n", 2),
+            ("1\nx\n", 2),
+            ("1\n\ninf\n", 3),
+            ("#\n", 1),
+        ] {
+            let found = of_text(text);
+            assert!(
+                matches!(&found, Err(ReadError::Malformed { place, .. }) if *place == Place::Line(wrong)),
+                "{text:?}: {found:?}"
+            );
+        }
+        assert!(matches!(of_text(""), Err(ReadError::Empty { .. })));
+    }
+}
