@@ -13,10 +13,19 @@ pub(crate) struct Branch {
     pub source: u32,
     /// Estimated error of the distance.
     pub error: f64,
+    /// How much shorter than another branch it must be to be believed, for it rests on jets far away.
+    pub doubt: f64,
     /// So near the source that distances are measured from there.
     pub at_source: bool,
     /// No ray came by: carried on along the graph.
     pub carried: bool,
+}
+
+impl Branch {
+    /// What branches are compared by.
+    pub fn believed(&self) -> f64 {
+        self.jet.distance + self.doubt
+    }
 }
 
 /// Jets farther away than this many spacings are not looked at.
@@ -35,6 +44,7 @@ struct Group {
     first: Jet,
     source: u32,
     surface_error: f64,
+    doubt: f64,
     weight: f64,
     /// Sums of weight times the value less the first's.
     distance: f64,
@@ -76,6 +86,7 @@ impl Group {
             },
             source: self.source,
             error: (self.squares * inverse - mean * mean).max(0.0).sqrt() + self.surface_error,
+            doubt: self.doubt,
             at_source: false,
             carried: false,
         }
@@ -86,11 +97,12 @@ impl Group {
 pub(crate) fn branches<'a, const D: usize>(
     frame: &Frame<D>,
     spacing: f64,
+    doubt_far: f64,
     near: impl Iterator<Item = (&'a Sample<D>, u32)>,
     sources: impl Iterator<Item = (&'a Frame<D>, f64, u32)>,
 ) -> Vec<Branch> {
     let reach = REACH * spacing;
-    let mut jets: Vec<(f64, Jet, &Sample<D>, u32)> = near
+    let mut jets: Vec<(f64, f64, Jet, &Sample<D>, u32)> = near
         .filter_map(|(sample, source)| {
             let squared = (sample.frame.point - frame.point).norm_squared();
             let jet = (squared <= reach * reach)
@@ -99,12 +111,13 @@ pub(crate) fn branches<'a, const D: usize>(
             let least = NEAREST * spacing;
             let weight =
                 (squared / (spacing * spacing) + least * least / (spacing * spacing)).powi(-2);
-            Some((weight, jet, sample, source))
+            let doubt = doubt_far * squared / spacing;
+            Some((weight, doubt, jet, sample, source))
         })
         .collect();
     jets.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut groups: Vec<Group> = Vec::new();
-    for (weight, jet, sample, source) in jets {
+    for (weight, doubt, jet, sample, source) in jets {
         let mut group = groups
             .iter()
             .position(|group| group.takes(&jet, source, spacing));
@@ -114,6 +127,7 @@ pub(crate) fn branches<'a, const D: usize>(
                 first: jet,
                 source,
                 surface_error: sample.surface_error,
+                doubt,
                 weight: 0.0,
                 distance: 0.0,
                 squares: 0.0,
@@ -145,11 +159,12 @@ pub(crate) fn branches<'a, const D: usize>(
             jet: Jet::of_point(source, start, frame).unwrap_or(here),
             source: index,
             error: length * (length * source.curvature()).powi(4) / 24.0,
+            doubt: 0.0,
             at_source: true,
             carried: false,
         });
     }
-    branches.sort_by(|a, b| a.jet.distance.total_cmp(&b.jet.distance));
+    branches.sort_by(|a, b| a.believed().total_cmp(&b.believed()));
     if let Some(least) = branches.first().map(|b| b.jet.distance) {
         branches.retain(|b| b.jet.distance <= least + 2.0 * spacing);
     }

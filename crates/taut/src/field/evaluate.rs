@@ -42,13 +42,15 @@ impl<const D: usize> Field<D> {
     /// The value at a point whose nearest node, with its frame, is given.
     fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Value<D> {
         let mut value = Value::unreached();
+        let mut believed = f64::INFINITY;
         let v = frame.log(x, share);
         for branch in self.branches(node) {
             if branch.at_source {
                 let source = &self.sources[branch.source as usize];
                 let v = source.log(x, share);
                 let distance = self.source_starts[branch.source as usize] + norm(v);
-                if distance < value.distance {
+                if distance < believed {
+                    believed = distance;
                     value = Value {
                         distance,
                         error: branch.error,
@@ -65,7 +67,8 @@ impl<const D: usize> Field<D> {
             let least = self.source_starts[branch.source as usize] + chord.norm();
             let free = carried.map_or(bound, |carried| carried.min(bound));
             let distance = free.max(least);
-            if distance < value.distance {
+            if distance + branch.doubt < believed {
+                believed = distance + branch.doubt;
                 value = Value {
                     distance,
                     error: branch.error + (distance - free) + carried.map_or(norm(v), |_| 0.0),

@@ -104,6 +104,9 @@ pub struct Field<const D: usize> {
 
 /// Rays on a noisy surface need not be more accurate.
 const NOISY_TOLERANCE: f64 = 1e-4;
+/// How much shorter, in spacings, a branch must be to be believed that rests on jets a spacing away: the
+/// surface's own error in spacings times this, and at most 1.
+const DOUBT: f64 = 30.0;
 /// Neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
 /// Nodes right beside each other are at most this many spacings apart.
@@ -220,6 +223,8 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                     return Vec::new();
                 };
                 let spacing = self.spacing[node as usize];
+                let place = graph.nodes[node as usize].place;
+                let doubt = (DOUBT * surface.height_error(place) / spacing).min(1.0);
                 let edges = graph.edges(node).iter();
                 let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
                 let around: Vec<u32> = std::iter::once(node)
@@ -233,7 +238,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                     .iter()
                     .flat_map(|n| sources_by_node.of(*n))
                     .map(|i| (&source_frames[*i as usize], source_starts[*i as usize], *i));
-                let mut found = branches::branches(&frame, spacing, samples, beside);
+                let mut found = branches::branches(&frame, spacing, doubt, samples, beside);
                 for branch in &mut found {
                     let source = branch.source as usize;
                     let chord = (source_frames[source].point - frame.point).norm();

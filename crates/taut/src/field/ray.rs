@@ -108,13 +108,15 @@ const SIDEWAYS: f64 = 0.05;
 const OFF: f64 = 0.01;
 /// Rays may start from between others whose distance is this share of the radius of curvature.
 const MOST_BENT: f64 = 0.35;
+/// The surface's own error over the spacing, times this: the relative error of steps below which it is useless to go.
+const ROUGH: f64 = 0.03;
 const MOST_STEPS: usize = 20_000;
 /// A ray ends where steps must be shorter than this share of the longest.
 const SHORTEST: f64 = 1e-3;
 
 /// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
 const FARTHEST_OFF: f64 = 0.03;
-/// How much longer than the step its chord may come out.
+/// How much longer than the step, and what it was put back by, its chord may come out.
 const LONGER: f64 = 1.001;
 /// A ray ends this share of the longest step beyond a rim.
 const OVER_RIM: f64 = 0.03;
@@ -263,7 +265,8 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             }
             continue;
         };
-        let excess = error / (limits.tolerance * step);
+        let roughness = surface.height_error(knot.place) / limits.spacing[knot.near as usize];
+        let excess = error / (limits.tolerance.max(ROUGH * roughness) * step);
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
         if excess > 1.0 && step > SHORTEST * longest {
             step *= change.max(0.2);
@@ -318,7 +321,7 @@ fn advance<const D: usize, S: Surface<D>>(
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
         let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry, farthest)?;
         let chord = (frame.point - start.x).norm();
-        if !(error.is_finite() && chord <= LONGER * step) {
+        if !(error.is_finite() && chord <= LONGER * step.hypot(farthest)) {
             return None;
         }
         let mut heights = from.heights;
