@@ -6,13 +6,14 @@ use crate::Vector;
 use crate::field::branches::Branch;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{bent, direction_at, norm};
+use crate::field::manifold::Found;
 use crate::field::{Field, Fields, ray};
 use crate::guess::Guide;
 use crate::surface::Node;
 use crate::surface::atlas::Atlas;
 
 /// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
-const FOCUSED: f64 = 0.3;
+pub(crate) const FOCUSED: f64 = 0.3;
 
 /// A distance with its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +29,7 @@ pub struct Value<const D: usize> {
 }
 
 impl<const D: usize> Value<D> {
-    fn unreached() -> Self {
+    pub(crate) fn unreached() -> Self {
         Self {
             distance: f64::INFINITY,
             error: 0.0,
@@ -125,6 +126,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 
     fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+        if let Some(found) = &field.any {
+            return self.at_any(found, node, x, share);
+        }
         let Some(frame) = &self.frames[node as usize] else {
             return Value::unreached();
         };
@@ -138,6 +142,24 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                     if other.distance < value.distance {
                         value = other;
                     }
+                }
+            }
+        }
+        value
+    }
+
+    fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+        let at = |node: u32| {
+            let frame = self.any_frames[node as usize].as_ref()?;
+            Some(found.at(node, frame, x, share))
+        };
+        let Some(mut value) = at(node) else {
+            return Value::unreached();
+        };
+        if found.is_focused(node, self.spacing[node as usize]) {
+            for other in self.adjacent(node).filter_map(|edge| at(edge.to)) {
+                if other.distance < value.distance {
+                    value = other;
                 }
             }
         }

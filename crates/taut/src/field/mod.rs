@@ -32,6 +32,7 @@ mod evaluate;
 mod fan;
 mod frame;
 mod jet;
+mod manifold;
 mod march;
 mod ray;
 
@@ -85,6 +86,8 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     geodesics: &'a Geodesics<D, S>,
     /// Of the graph's nodes; `None` where the surface has no foot or no tangent plane.
     frames: Vec<Option<Frame<D>>>,
+    /// The same on surfaces of other dimensions than 2.
+    any_frames: Vec<Option<manifold::frame::Frame<D>>>,
     /// Distance from each node of the graph to its nearest ones.
     spacing: Vec<f64>,
     /// The node nearest to each point of a cloud, once they have been asked for.
@@ -100,6 +103,8 @@ pub struct Field<const D: usize> {
     sources: Vec<Frame<D>>,
     source_starts: Vec<f64>,
     max_distance: f64,
+    /// On surfaces of other dimensions than 2 all there is.
+    any: Option<manifold::Found<D>>,
 }
 
 /// Rays on a noisy surface need not be more accurate.
@@ -112,27 +117,31 @@ const ADJACENT: f64 = 1.5;
 const BESIDE: f64 = 2.6;
 
 impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
-    /// Finds the tangent planes and curvatures at the nodes of the surface's graph, which every field uses.
-    ///
-    /// # Errors
-    /// [`Error::NotTwoDimensional`] where the surface has another dimension than 2.
+    /// Finds the tangent spaces and curvatures at the nodes of the surface's graph, which every field uses.
     ///
     /// O(n) in the nodes of the graph, in parallel.
-    pub fn new(geodesics: &'a Geodesics<D, S>) -> Result<Self, Error> {
+    #[must_use]
+    pub fn new(geodesics: &'a Geodesics<D, S>) -> Self {
         let surface = geodesics.surface();
-        let dimension = surface.intrinsic_dimension();
-        if dimension != 2 {
-            return Err(Error::NotTwoDimensional { dimension });
-        }
         let graph = geodesics.graph();
-        let frames = graph
-            .nodes
-            .par_iter()
-            .map_init(
-                || Geometry::new(D - 2),
-                |geometry, node| frame(surface, node, geometry),
-            )
-            .collect();
+        let codimension = D - surface.intrinsic_dimension();
+        let (mut frames, mut any_frames) = (Vec::new(), Vec::new());
+        let nodes = graph.nodes.par_iter();
+        if surface.intrinsic_dimension() == 2 {
+            frames = nodes
+                .map_init(
+                    || Geometry::new(codimension),
+                    |geometry, node| frame(surface, node, geometry),
+                )
+                .collect();
+        } else {
+            any_frames = nodes
+                .map_init(
+                    || Geometry::new(codimension),
+                    |geometry, node| manifold::frame(surface, node, geometry),
+                )
+                .collect();
+        }
         let spacing = (0..graph.nodes.len() as u32)
             .into_par_iter()
             .map(|node| {
@@ -143,12 +152,13 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
             })
             .collect();
-        Ok(Self {
+        Self {
             geodesics,
             frames,
+            any_frames,
             spacing,
             places: OnceLock::new(),
-        })
+        }
     }
 
     /// The distance from the nearest of the sources, each with its start value added.
@@ -164,6 +174,16 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     ) -> Result<Field<D>, Error> {
         if sources.is_empty() {
             return Err(Error::NoSources);
+        }
+        if !self.any_frames.is_empty() {
+            return Ok(Field {
+                starts: Vec::new(),
+                branches: Vec::new(),
+                sources: Vec::new(),
+                source_starts: Vec::new(),
+                max_distance: settings.max_distance,
+                any: Some(manifold::find(self, &self.any_frames, sources, settings)?),
+            });
         }
         let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
         let mut geometry = Geometry::new(D - 2);
@@ -269,6 +289,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             sources: source_frames,
             source_starts,
             max_distance: settings.max_distance,
+            any: None,
         })
     }
 
