@@ -386,6 +386,9 @@ impl<const D: usize> Field<D> {
     /// The number of graph nodes without a distance.
     #[must_use]
     pub fn unreached_nodes(&self) -> usize {
+        if let Some(found) = &self.any {
+            return found.branches.iter().filter(|list| list.is_empty()).count();
+        }
         self.starts
             .windows(2)
             .filter(|pair| pair[0] == pair[1])

@@ -100,11 +100,11 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
         by_node: vec![Vec::new(); nodes],
     };
     cover.shoot(&cover.first_directions());
-    let mut attempts = vec![0; nodes];
+    let mut attempts = vec![(0, u32::MAX); nodes];
     let mut open = wanted.to_vec();
     let mut looked_at_all = true;
     while cover.samples.len() <= MOST_JETS * wanted.len() {
-        let aims: Vec<(u32, Option<Vector<D>>)> = open
+        let aims: Vec<(u32, Option<u32>)> = open
             .par_iter()
             .filter_map(|node| Some((*node, cover.aim(*node)?)))
             .collect();
@@ -119,10 +119,13 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
         }
         open = aims.iter().map(|aim| aim.0).collect();
         looked_at_all = false;
-        for (node, _) in &targets {
-            attempts[*node as usize] += 1;
+        let mut directions = Vec::new();
+        for (node, from) in targets {
+            let (times, last) = &mut attempts[node as usize];
+            (*times, *last) = (*times + 1, from);
+            let x = &limits.graph.nodes[node as usize].point;
+            directions.extend(cover.samples[from as usize].aimed(x));
         }
-        let directions: Vec<Vector<D>> = targets.iter().map(|target| target.1).collect();
         cover.shoot(&directions);
     }
     cover.samples
@@ -194,8 +197,8 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         samples.collect()
     }
 
-    /// How a node that no jet covers is to be aimed at, if from anywhere; `None` for those covered.
-    fn aim(&self, node: u32) -> Option<Option<Vector<D>>> {
+    /// The jet from which a node that none covers is to be aimed at, if any; `None` for those covered.
+    fn aim(&self, node: u32) -> Option<Option<u32>> {
         let (graph, spacing) = (self.limits.graph, self.limits.spacing[node as usize]);
         let x = &graph.nodes[node as usize].point;
         let around = std::iter::once(node).chain(graph.edges(node).iter().map(|edge| edge.to));
@@ -214,18 +217,19 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         match short {
             Some((off, _, _)) if *off <= COVERED * spacing => None,
-            Some((_, _, index)) => Some(self.samples[*index as usize].aimed(x)),
-            None => Some(None),
+            short => Some(short.map(|s| s.2)),
         }
     }
 
-    /// Of the nodes that can be aimed at those with none farther along beside them.
-    fn farthest(&self, aims: &[(u32, Option<Vector<D>>)], attempts: &[u8]) -> Vec<(u32, Vector<D>)> {
+    /// Of the nodes that can be aimed at, from another jet than last time, those with none farther along beside
+    /// them.
+    fn farthest(&self, aims: &[(u32, Option<u32>)], attempts: &[(u8, u32)]) -> Vec<(u32, u32)> {
         let mut rank = vec![f64::NEG_INFINITY; self.by_node.len()];
         let possible = || {
-            aims.iter().filter_map(|(node, direction)| {
-                let again = attempts[*node as usize] < ATTEMPTS;
-                direction.filter(|_| again).map(|d| (*node, d))
+            aims.iter().filter_map(|(node, from)| {
+                let (times, last) = attempts[*node as usize];
+                let from = from.filter(|from| times < ATTEMPTS && *from != last)?;
+                Some((*node, from))
             })
         };
         for (node, _) in possible() {

@@ -23,6 +23,9 @@ pub(crate) struct Jet<const D: usize> {
 /// Rays drawing together must not come nearer than this share of their distance in one step.
 const FOCUS: f64 = 0.1;
 
+/// Nor rays whose jets are carried, which depend on them more.
+const JET_FOCUS: f64 = 0.25;
+
 /// A step of the distance in the plane of the gradient and the step.
 struct Step<const D: usize> {
     growth: Growth,
@@ -35,6 +38,8 @@ struct Step<const D: usize> {
     gauss: f64,
     /// Slope of the distance out of the plane.
     across: Vector<D>,
+    /// By how much rays to the side have drawn together along the gradient.
+    drawn: f64,
     tidal: Matrix<D>,
 }
 
@@ -71,13 +76,16 @@ impl<const D: usize> Jet<D> {
     pub fn carried(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
         let step = self.step(from, &v)?;
+        if step.drawn * JET_FOCUS > 1.0 {
+            return None;
+        }
         let gradient = step.gradient(from, to, &v, self)?;
         let delta = step.growth.delta;
         let shape = self.shape_after(&step.tidal, delta)?;
         let shape = from.transported_matrix(to, &v, &shape);
-        let off = shape * gradient;
-        let shape = shape - off * gradient.transpose() - gradient * off.transpose()
-            + gradient * gradient.transpose() * gradient.dot(&off);
+        let before = from.transported(to, &v, &self.gradient);
+        let turn = rotation(&before.try_normalize(0.0)?, &gradient);
+        let shape = turn * shape * turn.transpose();
         Some(Self {
             distance: self.distance + delta,
             gradient,
@@ -137,6 +145,7 @@ impl<const D: usize> Jet<D> {
             front,
             gauss,
             across,
+            drawn: left.norm(),
             tidal,
         })
     }
@@ -177,6 +186,12 @@ impl<const D: usize> Step<D> {
     }
 }
 
+/// The least rotation that takes one unit vector to another, not opposite.
+fn rotation<const D: usize>(from: &Vector<D>, to: &Vector<D>) -> Matrix<D> {
+    let turn = to * from.transpose() - from * to.transpose();
+    Matrix::identity() + turn + turn * turn / (1.0 + from.dot(to))
+}
+
 /// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero vector.
 pub(crate) fn bent<const D: usize>(
     frame: &Frame<D>,
@@ -185,4 +200,69 @@ pub(crate) fn bent<const D: usize>(
 ) -> Vector<D> {
     let vector = frame.vector(tangent) + frame.bends(v) * tangent;
     vector.try_normalize(0.0).unwrap_or_else(Vector::zeros)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::implicit::{Equation, ImplicitSurface};
+    use crate::surface::{Geometry, Surface};
+
+    fn frame(x: [f64; 4]) -> Frame<4> {
+        let sphere = ImplicitSurface::new(
+            Equation(|x: &Vector<4>| (x.dot(x) - 1.0, x * 2.0, Matrix::<4>::identity() * 2.0)),
+            1.0,
+        );
+        let x = Vector::<4>::from(x).normalize();
+        let mut geometry = Geometry::new(1);
+        assert!(sphere.geometry(&x, (), &mut geometry));
+        Frame::new(x, &geometry)
+    }
+
+    /// Steps between points of the unit sphere of R^4, whose distance from a pole is known: of fifth order.
+    #[test]
+    fn steps_on_the_three_sphere_are_of_fifth_order() {
+        let pole = frame([0.0, 0.0, 0.0, 1.0]);
+        let angle = |x: &Vector<4>| 2.0 * (0.5 * (x - pole.point).norm()).asin();
+        let mut worst = [0.0_f64; 2];
+        for (size, worst) in [0.1, 0.05].into_iter().zip(&mut worst) {
+            for base in [
+                [1.0, 0.3, 0.2, 0.4],
+                [0.2, -0.5, -0.4, -0.2],
+                [0.4, 0.1, 0.7, 0.5],
+                [0.2, 0.1, -0.1, -0.8],
+            ] {
+                let from = frame(base);
+                let distance = angle(&from.point);
+                let away = from.coordinates(&-pole.point).normalize();
+                let mut across = -away * away.transpose();
+                for i in 0..3 {
+                    across[(i, i)] += 1.0;
+                }
+                let jet = Jet {
+                    distance,
+                    gradient: away,
+                    shape: across * (distance.cos() / distance.sin()),
+                };
+                for turn in 0..32 {
+                    let (sin, cos) = (f64::from(turn) * 0.4).sin_cos();
+                    let (rise, flat) = (f64::from(turn) * 1.3).sin_cos();
+                    let v = Vector::<4>::new(flat * cos, flat * sin, rise, 0.0) * size;
+                    let to = frame((from.point + from.vector(&v)).into());
+                    let carried = jet.carried(&from, &to).expect("no focus between");
+                    let truth = angle(&to.point);
+                    *worst = worst.max((carried.distance - truth).abs());
+                    let slope = to.coordinates(&-pole.point) / truth.sin();
+                    assert!((slope - carried.gradient).norm() < 1e-3);
+                    let mut across = -slope * slope.transpose();
+                    for i in 0..3 {
+                        across[(i, i)] += 1.0;
+                    }
+                    let shape = across * (truth.cos() / truth.sin());
+                    assert!((shape - carried.shape).norm() < 0.02 * (1.0 + shape.norm()), "{shape} {}", carried.shape);
+                }
+            }
+        }
+        assert!(worst[0] < 1e-6 && worst[1] < worst[0] / 16.0, "{worst:?}");
+    }
 }
