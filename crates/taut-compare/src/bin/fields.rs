@@ -213,7 +213,12 @@ fn curve(count: usize) -> Case<3> {
         modes[0] * t + waves.sum::<f64>()
     };
     let heights = generate::sphere::<3>(count, 1.0, 2);
-    let places: Vec<f64> = heights.iter().map(|[h, _, _]| 0.5 * (h + 1.0)).collect();
+    // One point in each of `count` equal parts: gaps of random points on a curve would part it.
+    let places: Vec<f64> = heights
+        .iter()
+        .zip(0..)
+        .map(|([h, _, _], i)| (f64::from(i) + 0.5 * (h + 1.0)) / count as f64)
+        .collect();
     let truth = (1..count)
         .map(|i| {
             let along = (arc(places[i]) - arc(places[0])).abs();

@@ -3,8 +3,8 @@
 use crate::field::branches::{
     AT_SOURCE, MOST_BRANCHES, NEAREST, REACH, SAME_DIRECTION, SAME_DISTANCE,
 };
-use crate::field::manifold::cover::Sample;
 use crate::field::frame::ON_SURFACE;
+use crate::field::manifold::cover::Sample;
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
 use crate::{Matrix, Vector};
@@ -20,6 +20,9 @@ pub(crate) struct Branch<const D: usize> {
     /// So near the source that distances are measured from there.
     pub at_source: bool,
 }
+
+/// Jets are carried no farther than this share of the way to where rays meet.
+const MOST_DRAWN: f64 = 0.6;
 
 /// Jets of one branch being averaged.
 struct Group<const D: usize> {
@@ -84,6 +87,14 @@ pub(crate) fn branches<'a, const D: usize>(
             Some((weight, jet, sample, source))
         })
         .collect();
+    // Where rays draw together a jet is good for a share of the way to where they meet.
+    let good = |sample: &Sample<D>| {
+        let off = (sample.frame.point - frame.point).norm();
+        sample.jet.spreads_faster(-MOST_DRAWN / off)
+    };
+    if jets.iter().any(|jet| good(jet.2)) {
+        jets.retain(|jet| good(jet.2));
+    }
     jets.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut groups: Vec<Group<D>> = Vec::new();
     for (weight, jet, sample, source) in jets {

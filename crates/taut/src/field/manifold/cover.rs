@@ -19,6 +19,9 @@ const FIRST_APART: f64 = 0.35;
 /// A node is covered by a jet within so many spacings, and aimed at from one within so many.
 const COVERED: f64 = 0.9;
 const AIM: f64 = 2.2;
+/// It covers no more than this share of the way to where rays meet, but at least so many spacings.
+const MOST_DRAWN: f64 = 0.4;
+const LEAST_COVERED: f64 = 0.3;
 /// Rays are not aimed farther off than this, in radians.
 const WIDEST: f64 = 0.5;
 /// A jet that covers a node is not longer than others would be there by more than this, in spacings.
@@ -156,8 +159,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
             .par_iter()
             .map(|direction| {
                 let origin = this.origin;
-                let first =
-                    Knot::first(origin.frame, direction, origin.node.place, origin.near);
+                let first = Knot::first(origin.frame, direction, origin.node.place, origin.near);
                 let start = first.frame.tangents;
                 let start = origin.frame.tangents.tr_mul(&start);
                 let knots = ray::shoot(this.surface, first, this.limits);
@@ -215,8 +217,13 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
             .iter()
             .filter(|n| n.1 <= least + LONGER * spacing)
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        let covers = |off: f64, index: u32| {
+            let jet = &self.samples[index as usize].jet;
+            let fully = off <= COVERED * spacing && jet.spreads_faster(-MOST_DRAWN / off);
+            fully || off <= LEAST_COVERED * spacing
+        };
         match short {
-            Some((off, _, _)) if *off <= COVERED * spacing => None,
+            Some((off, _, index)) if covers(*off, *index) => None,
             short => Some(short.map(|s| s.2)),
         }
     }

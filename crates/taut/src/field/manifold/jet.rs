@@ -5,8 +5,8 @@
 //! surface of constant curvature K = <R u, u>, u = y / |y|, where the step is exact ([`grow`]). Errors are of
 //! fourth order in the step but for the change of S along the front, of third.
 
-use crate::field::jet::{Growth, grow};
 use crate::field::frame::ON_SURFACE;
+use crate::field::jet::{Growth, grow};
 use crate::field::manifold::frame::Frame;
 use crate::{Matrix, Vector};
 
@@ -163,7 +163,7 @@ impl<const D: usize> Step<D> {
         from: &Frame<D>,
         to: &Frame<D>,
         v: &Vector<D>,
-            jet: &Jet<D>,
+        jet: &Jet<D>,
     ) -> Option<Vector<D>> {
         let length = v.norm();
         if length == 0.0 {
@@ -259,7 +259,11 @@ mod tests {
                         across[(i, i)] += 1.0;
                     }
                     let shape = across * (truth.cos() / truth.sin());
-                    assert!((shape - carried.shape).norm() < 0.02 * (1.0 + shape.norm()), "{shape} {}", carried.shape);
+                    assert!(
+                        (shape - carried.shape).norm() < 0.02 * (1.0 + shape.norm()),
+                        "{shape} {}",
+                        carried.shape
+                    );
                 }
             }
         }
