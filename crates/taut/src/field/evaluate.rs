@@ -7,13 +7,16 @@ use crate::field::branches::Branch;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{bent, direction_at, norm};
 use crate::field::manifold::Found;
-use crate::field::{Field, Fields, ray};
+use crate::field::{Field, Fields, Other, ray};
 use crate::guess::Guide;
 use crate::surface::Node;
 use crate::surface::atlas::Atlas;
 
 /// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
 pub(crate) const FOCUSED: f64 = 0.3;
+
+/// Points of a cloud with costs that are looked at round a place.
+const NEAREST_POINTS: usize = 20;
 
 /// A distance with its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +103,9 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// O(n), in parallel.
     #[must_use]
     pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
+        if let Some(Other::Cost(found)) = &field.other {
+            return found.values.clone();
+        }
         let atlas = self.geodesics.surface();
         let share = if atlas.is_noisy() {
             OFF_SURFACE
@@ -120,13 +126,17 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let entrances = self.geodesics.entrances(node);
         let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
         nearest.map_or_else(Value::unreached, |(near, _)| {
+            if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
+                let points = net.nearest(&node.point, *near, NEAREST_POINTS);
+                return found.at(net, &node.point, &points);
+            }
             let near = ray::nearest(self.geodesics.graph(), &node.point, *near);
             self.at_node(field, near, &node.point, ON_SURFACE)
         })
     }
 
     fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
-        if let Some(found) = &field.any {
+        if let Some(Other::Manifold(found)) = &field.other {
             return self.at_any(found, node, x, share);
         }
         let Some(frame) = &self.frames[node as usize] else {

@@ -28,6 +28,7 @@
 //! ```
 
 mod branches;
+mod cost;
 mod evaluate;
 mod fan;
 mod frame;
@@ -36,6 +37,7 @@ mod manifold;
 mod march;
 mod ray;
 
+pub use cost::{Cost, Slope};
 pub use evaluate::Value;
 
 use std::sync::OnceLock;
@@ -47,7 +49,7 @@ use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Edge;
-use crate::surface::atlas::Lists;
+use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Node};
 use branches::Branch;
 use fan::Sample;
@@ -88,6 +90,8 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     frames: Vec<Option<Frame<D>>>,
     /// The same on surfaces of other dimensions than 2.
     any_frames: Vec<Option<manifold::frame::Frame<D>>>,
+    /// The points with their costs, where there are any.
+    net: Option<cost::Net<D>>,
     /// Distance from each node of the graph to its nearest ones.
     spacing: Vec<f64>,
     /// The node nearest to each point of a cloud, once they have been asked for.
@@ -103,8 +107,28 @@ pub struct Field<const D: usize> {
     sources: Vec<Frame<D>>,
     source_starts: Vec<f64>,
     max_distance: f64,
-    /// On surfaces of other dimensions than 2 all there is.
-    any: Option<manifold::Found<D>>,
+    /// All there is on surfaces of other dimensions than 2 and with costs.
+    other: Option<Other<D>>,
+}
+
+/// Fields that are not found by rays between rays.
+#[derive(Clone, Debug)]
+enum Other<const D: usize> {
+    Manifold(manifold::Found<D>),
+    Cost(cost::Found<D>),
+}
+
+impl<const D: usize> Field<D> {
+    fn of_other(other: Other<D>, max_distance: f64) -> Self {
+        Self {
+            starts: Vec::new(),
+            branches: Vec::new(),
+            sources: Vec::new(),
+            source_starts: Vec::new(),
+            max_distance,
+            other: Some(other),
+        }
+    }
 }
 
 /// Rays on a noisy surface need not be more accurate.
@@ -156,6 +180,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             geodesics,
             frames,
             any_frames,
+            net: None,
             spacing,
             places: OnceLock::new(),
         }
@@ -175,15 +200,16 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         if sources.is_empty() {
             return Err(Error::NoSources);
         }
+        if let Some(net) = &self.net {
+            let found = cost::find(net, &self.origins(sources), settings.max_distance)?;
+            return Ok(Field::of_other(Other::Cost(found), settings.max_distance));
+        }
         if !self.any_frames.is_empty() {
-            return Ok(Field {
-                starts: Vec::new(),
-                branches: Vec::new(),
-                sources: Vec::new(),
-                source_starts: Vec::new(),
-                max_distance: settings.max_distance,
-                any: Some(manifold::find(self, &self.any_frames, sources, settings)?),
-            });
+            let found = manifold::find(self, &self.any_frames, sources, settings)?;
+            return Ok(Field::of_other(
+                Other::Manifold(found),
+                settings.max_distance,
+            ));
         }
         let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
         let mut geometry = Geometry::new(D - 2);
@@ -289,8 +315,22 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             sources: source_frames,
             source_starts,
             max_distance: settings.max_distance,
-            any: None,
+            other: None,
         })
+    }
+
+    /// The sources as the march of costs needs them.
+    fn origins(&self, sources: &[Source<D, S::Place>]) -> Vec<cost::Origin<D>> {
+        let origin = |source: &Source<D, S::Place>| {
+            let entrances = self.geodesics.entrances(&source.node);
+            let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            cost::Origin {
+                point: source.node.point,
+                near: nearest.map(|n| n.0),
+                start: source.start,
+            }
+        };
+        sources.iter().map(origin).collect()
     }
 
     fn tolerance(&self, settings: &Settings) -> f64 {
@@ -353,6 +393,27 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     }
 }
 
+impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
+    /// Fields of least cost: distances are integrals of the cost per length, directions those of travel. Tolerances
+    /// mean nothing to them.
+    ///
+    /// # Errors
+    /// [`Error::NoCosts`] on surfaces of more than two dimensions, [`Error::WrongCosts`], [`Error::BadCost`] and
+    /// [`Error::BadSlope`] where costs are not what [`Cost`] says.
+    ///
+    /// O(n) in the points of the cloud, in parallel.
+    pub fn with_cost(geodesics: &'a Geodesics<D, Atlas<D>>, cost: &Cost) -> Result<Self, Error> {
+        Ok(Self {
+            geodesics,
+            frames: Vec::new(),
+            any_frames: Vec::new(),
+            net: Some(cost::Net::new(geodesics.surface(), cost)?),
+            spacing: Vec::new(),
+            places: OnceLock::new(),
+        })
+    }
+}
+
 /// The frame at a node.
 fn frame<const D: usize, S: Guide<D>>(
     surface: &S,
@@ -383,11 +444,14 @@ impl<const D: usize> Field<D> {
         &self.branches[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
-    /// The number of graph nodes without a distance.
+    /// The number of graph nodes without a distance; with costs, of points.
     #[must_use]
     pub fn unreached_nodes(&self) -> usize {
-        if let Some(found) = &self.any {
-            return found.branches.iter().filter(|list| list.is_empty()).count();
+        if let Some(other) = &self.other {
+            return match other {
+                Other::Manifold(found) => found.branches.iter().filter(|b| b.is_empty()).count(),
+                Other::Cost(found) => found.unreached(),
+            };
         }
         self.starts
             .windows(2)
