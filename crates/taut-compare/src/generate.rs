@@ -52,6 +52,24 @@ pub fn sphere<const D: usize>(count: usize, radius: f64, seed: u64) -> Vec<[f64;
         .collect()
 }
 
+/// `count` random vectors of R^D at right angles to each other, of unit length.
+pub fn orthonormal<const D: usize>(count: usize, seed: u64) -> Vec<[f64; D]> {
+    let mut random = generator(seed);
+    let mut axes: Vec<[f64; D]> = Vec::new();
+    for _ in 0..count {
+        let mut axis: [f64; D] = unit(&mut random);
+        for other in &axes {
+            let share: f64 = axis.iter().zip(other).map(|(a, b)| a * b).sum();
+            for (a, b) in axis.iter_mut().zip(other) {
+                *a -= share * b;
+            }
+        }
+        let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+        axes.push(axis.map(|x| x / length));
+    }
+    axes
+}
+
 /// Torus; parameters u round the axis and v round the tube.
 pub fn torus(count: usize, torus: &Torus, seed: u64) -> Sample<3> {
     let angles = |random: &mut Pcg64| {

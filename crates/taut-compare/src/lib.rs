@@ -4,9 +4,11 @@
 //! - [`generate`]: points on shapes, noise, outliers;
 //! - [`closed_form`]: distances that a formula gives;
 //! - [`revolution`]: nearly round ellipsoids of revolution by Karney's series;
+//! - [`cost`]: least costs in the plane that a formula gives;
 //! - [`shooting`]: every geodesic between two points of a torus or a triaxial ellipsoid, by the geodesic equation.
 
 pub mod closed_form;
+pub mod cost;
 pub mod generate;
 mod gragg;
 pub mod revolution;

@@ -83,13 +83,35 @@ pub enum Error {
         /// Number of variables.
         dimension: usize,
     },
-    /// A field on a surface that is not two-dimensional.
-    #[error(
-        "fields of distances are for surfaces of dimension 2, this one has dimension {dimension}"
-    )]
-    NotTwoDimensional {
+    /// Costs on a surface of more than two dimensions.
+    #[error("costs are for curves and surfaces of dimension 2, this one has dimension {dimension}")]
+    NoCosts {
         /// The surface's dimension.
         dimension: usize,
+    },
+    /// Another number of costs than rows.
+    #[error("found {found} costs for {expected} points; give one for each")]
+    WrongCosts {
+        /// Costs given.
+        found: usize,
+        /// Rows of the input.
+        expected: usize,
+    },
+    /// A cost that is not positive.
+    #[error(
+        "the cost of point {row} is {found}; give a positive number, or infinity where nothing passes"
+    )]
+    BadCost {
+        /// The row.
+        row: usize,
+        /// Its cost.
+        found: f64,
+    },
+    /// A factor of slopes that is negative or not finite.
+    #[error("slopes cannot cost {found} times their grade more; give a number of at least 0")]
+    BadSlope {
+        /// The factor given.
+        found: f64,
     },
     /// No source for particles to leave from.
     #[error("no source: particles need a point of the surface to start from")]

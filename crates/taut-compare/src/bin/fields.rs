@@ -1,11 +1,12 @@
 //! Accuracy and speed of distance fields on clouds with known truth:
-//! `cargo run --release -p taut-compare --bin fields -- sphere:100000 torus:10000 roll:100000:8 sphere:10000:1`.
+//! `cargo run --release -p taut-compare --bin fields -- sphere:100000 torus:10000 roll:100000:8 sphere:10000:1`,
+//! and of other dimensions `sphere3:100000 sphere4:100000 spherinder:50000 curve:1000 clifford:100000 roll10:20000`.
 //!
 //! A case is SHAPE:POINTS, and after another colon the noise in spacings or, for the roll, the gap between its layers
 //! in spacings. Prints a line a case: seconds of the atlas, of what all fields share, of the first field at all points
 //! and (best of five) of later ones; relative errors over points at least 5 spacings away; what the estimates cover.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -17,9 +18,10 @@ use taut_compare::shooting::Fan;
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate};
 
-/// A cloud with its mean spacing, and the true distances of some rows from row 0.
-struct Case {
-    points: Vec<[f64; 3]>,
+/// A cloud of a surface of some dimension with its mean spacing, and the true distances of some rows from row 0.
+struct Case<const D: usize> {
+    points: Vec<[f64; D]>,
+    dimension: usize,
     spacing: f64,
     truth: Vec<(usize, f64)>,
 }
@@ -27,7 +29,7 @@ struct Case {
 /// Points whose distance on the torus is shot.
 const SHOT: usize = 4000;
 
-fn sphere(count: usize, noise: f64) -> Case {
+fn sphere(count: usize, noise: f64) -> Case<3> {
     let clean = generate::sphere::<3>(count, 1.0, 1);
     let truth = (1..count)
         .map(|i| (i, closed_form::sphere(1.0, &clean[0], &clean[i])))
@@ -40,12 +42,13 @@ fn sphere(count: usize, noise: f64) -> Case {
     };
     Case {
         points,
+        dimension: 2,
         spacing,
         truth,
     }
 }
 
-fn torus(count: usize) -> Case {
+fn torus(count: usize) -> Case<3> {
     let shape = Torus {
         major: 1.0,
         minor: 0.4,
@@ -66,13 +69,14 @@ fn torus(count: usize) -> Case {
     let area = 4.0 * PI * PI * shape.major * shape.minor;
     Case {
         points,
+        dimension: 2,
         spacing: (area / count as f64).sqrt(),
         truth,
     }
 }
 
 /// A square of side 2 with a round hole of radius 0.4 in its middle, which hides half of it from the source.
-fn hole(count: usize) -> Case {
+fn hole(count: usize) -> Case<3> {
     let sample = generate::plane_with_hole(count, 1.0, 0.4, 1);
     let truth = (1..count)
         .map(|i| {
@@ -82,6 +86,7 @@ fn hole(count: usize) -> Case {
         .collect();
     Case {
         points: sample.points,
+        dimension: 2,
         spacing: ((4.0 - 0.16 * PI) / count as f64).sqrt(),
         truth,
     }
@@ -89,7 +94,7 @@ fn hole(count: usize) -> Case {
 
 /// A sheet of 4 by 1 rolled up, layers `gap` spacings apart; the innermost radius is the larger of a gap and 15 spacings
 /// for gaps below 8 spacings, and a gap else.
-fn roll(count: usize, gap: f64) -> Case {
+fn roll(count: usize, gap: f64) -> Case<3> {
     let spacing = (4.0 / count as f64).sqrt();
     let inner_radius = if gap < 8.0 { 15.0 } else { gap } * spacing;
     let of_turns = |turns| generate::Roll {
@@ -122,18 +127,140 @@ fn roll(count: usize, gap: f64) -> Case {
         .collect();
     Case {
         points,
+        dimension: 2,
         spacing,
         truth,
     }
 }
 
-fn measure(name: &str, case: &Case, tolerance: f64) -> Result<(), Box<dyn std::error::Error>> {
+/// The unit sphere of dimension D - 1, whose area is `area`.
+fn sphere_in<const D: usize>(count: usize, area: f64) -> Case<D> {
+    let points = generate::sphere::<D>(count, 1.0, 1);
+    let truth = (1..count)
+        .map(|i| (i, closed_form::sphere(1.0, &points[0], &points[i])))
+        .collect();
+    Case {
+        points,
+        dimension: D - 1,
+        spacing: (area / count as f64).powf(1.0 / (D - 1) as f64),
+        truth,
+    }
+}
+
+/// Clifford's torus in the unit sphere of R^4.
+fn clifford(count: usize) -> Case<4> {
+    let radii = [FRAC_1_SQRT_2; 2];
+    let points = generate::flat_torus(count, radii, 1).points;
+    let truth = (1..count)
+        .map(|i| (i, closed_form::flat_torus(radii, &points[0], &points[i])))
+        .collect();
+    Case {
+        points,
+        dimension: 2,
+        spacing: (2.0 * PI * PI / count as f64).sqrt(),
+        truth,
+    }
+}
+
+/// The product of the unit sphere with a line of length 2, in R^4: its fronts bend in one direction only.
+fn spherinder(count: usize) -> Case<4> {
+    let base = generate::sphere::<3>(count, 1.0, 1);
+    let heights = generate::sphere::<3>(count, 1.0, 2);
+    let points: Vec<[f64; 4]> = base
+        .iter()
+        .zip(&heights)
+        // By Archimedes a coordinate of a random point of the sphere is uniform.
+        .map(|([x, y, z], [h, _, _])| [*x, *y, *z, *h])
+        .collect();
+    let truth = (1..count)
+        .map(|i| {
+            let along = closed_form::sphere(1.0, &base[0], &base[i]);
+            (i, along.hypot(points[i][3] - points[0][3]))
+        })
+        .collect();
+    Case {
+        points,
+        dimension: 3,
+        spacing: (8.0 * PI / count as f64).cbrt(),
+        truth,
+    }
+}
+
+/// The closed curve of a helix round a torus in R^3, three times round the tube, by arc length.
+fn curve(count: usize) -> Case<3> {
+    let place = |t: f64| {
+        let (ring, tube) = ((TAU * t).sin_cos(), (3.0 * TAU * t).sin_cos());
+        let radius = 1.0 + 0.3 * tube.1;
+        [radius * ring.1, radius * ring.0, 0.3 * tube.0]
+    };
+    let speed = |t: f64| TAU * (1.0 + 0.3 * (3.0 * TAU * t).cos()).hypot(0.9);
+    // The speed is periodic: the trapezium rule finds its Fourier series, and lengths follow.
+    let samples = 512;
+    let modes: Vec<f64> = (0..32)
+        .map(|mode| {
+            let term = |i: usize| {
+                let t = i as f64 / samples as f64;
+                speed(t) * (TAU * (3 * mode) as f64 * t).cos()
+            };
+            (0..samples).map(term).sum::<f64>() / samples as f64
+        })
+        .collect();
+    let arc = |t: f64| {
+        let waves = modes.iter().zip(0..).skip(1).map(|(mode, i)| {
+            let frequency = TAU * f64::from(3 * i);
+            2.0 * mode * (frequency * t).sin() / frequency
+        });
+        modes[0] * t + waves.sum::<f64>()
+    };
+    let heights = generate::sphere::<3>(count, 1.0, 2);
+    // One point in each of `count` equal parts: gaps of random points on a curve would part it.
+    let places: Vec<f64> = heights
+        .iter()
+        .zip(0..)
+        .map(|([h, _, _], i)| (f64::from(i) + 0.5 * (h + 1.0)) / count as f64)
+        .collect();
+    let truth = (1..count)
+        .map(|i| {
+            let along = (arc(places[i]) - arc(places[0])).abs();
+            (i, along.min(modes[0] - along))
+        })
+        .collect();
+    Case {
+        points: places.iter().map(|t| place(*t)).collect(),
+        dimension: 1,
+        spacing: modes[0] / count as f64,
+        truth,
+    }
+}
+
+/// A roll with wide gaps, turned at random into R^10.
+fn roll_in_ten(count: usize) -> Case<10> {
+    let flat = roll(count, 8.0);
+    let axes = generate::orthonormal::<10>(3, 7);
+    let points = flat
+        .points
+        .iter()
+        .map(|p| std::array::from_fn(|i| (0..3).map(|a| p[a] * axes[a][i]).sum()))
+        .collect();
+    Case {
+        points,
+        dimension: 2,
+        spacing: flat.spacing,
+        truth: flat.truth,
+    }
+}
+
+fn measure<const D: usize>(
+    name: &str,
+    case: &Case<D>,
+    tolerance: f64,
+) -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
-    let cloud = Cloud::<3>::new(case.points.as_flattened(), 3)?;
-    let geodesics = Geodesics::of_atlas(Atlas::new(cloud, 2)?);
+    let cloud = Cloud::<D>::new(case.points.as_flattened(), D)?;
+    let geodesics = Geodesics::of_atlas(Atlas::new(cloud, case.dimension)?);
     let atlas_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let fields = Fields::new(&geodesics)?;
+    let fields = Fields::new(&geodesics);
     let shared_seconds = start.elapsed().as_secs_f64();
     let settings = Settings {
         tolerance,
@@ -207,14 +334,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let shape = parts.next().unwrap_or_default();
         let count: usize = parts.next().ok_or("SHAPE:POINTS")?.parse()?;
         let detail: f64 = parts.next().map_or(Ok(0.0), str::parse)?;
-        let case = match shape {
-            "sphere" => sphere(count, detail),
-            "torus" => torus(count),
-            "hole" => hole(count),
-            "roll" => roll(count, if detail > 0.0 { detail } else { 8.0 }),
+        let gap = if detail > 0.0 { detail } else { 8.0 };
+        let name = argument.as_str();
+        match shape {
+            "sphere" => measure(name, &sphere(count, detail), tolerance)?,
+            "torus" => measure(name, &torus(count), tolerance)?,
+            "hole" => measure(name, &hole(count), tolerance)?,
+            "roll" => measure(name, &roll(count, gap), tolerance)?,
+            "sphere3" => measure(name, &sphere_in::<4>(count, 2.0 * PI * PI), tolerance)?,
+            "sphere4" => measure(name, &sphere_in::<5>(count, 8.0 / 3.0 * PI * PI), tolerance)?,
+            "clifford" => measure(name, &clifford(count), tolerance)?,
+            "spherinder" => measure(name, &spherinder(count), tolerance)?,
+            "curve" => measure(name, &curve(count), tolerance)?,
+            "roll10" => measure(name, &roll_in_ten(count), tolerance)?,
             other => return Err(format!("unknown shape {other}").into()),
-        };
-        measure(&argument, &case, tolerance)?;
+        }
     }
     Ok(())
 }

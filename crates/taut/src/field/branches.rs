@@ -29,13 +29,13 @@ impl Branch {
 }
 
 /// Jets farther away than this many spacings are not looked at.
-const REACH: f64 = 1.6;
+pub(crate) const REACH: f64 = 1.6;
 /// Cosine between directions of one branch, and its distances' largest difference in spacings.
-const SAME_DIRECTION: f64 = 0.98;
-const SAME_DISTANCE: f64 = 0.1;
+pub(crate) const SAME_DIRECTION: f64 = 0.98;
+pub(crate) const SAME_DISTANCE: f64 = 0.1;
 /// Jets weigh (r^2 + (NEAREST spacings)^2)^-2.
-const NEAREST: f64 = 0.1;
-const MOST_BRANCHES: usize = 4;
+pub(crate) const NEAREST: f64 = 0.1;
+pub(crate) const MOST_BRANCHES: usize = 4;
 /// Nodes this near the source, in spacings, measure from there.
 pub(crate) const AT_SOURCE: f64 = 0.75;
 

@@ -6,13 +6,17 @@ use crate::Vector;
 use crate::field::branches::Branch;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{bent, direction_at, norm};
-use crate::field::{Field, Fields, ray};
+use crate::field::manifold::Found;
+use crate::field::{Field, Fields, Other, ray};
 use crate::guess::Guide;
 use crate::surface::Node;
 use crate::surface::atlas::Atlas;
 
 /// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
-const FOCUSED: f64 = 0.3;
+pub(crate) const FOCUSED: f64 = 0.3;
+
+/// Points of a cloud with costs that are looked at round a place.
+const NEAREST_POINTS: usize = 20;
 
 /// A distance with its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +32,7 @@ pub struct Value<const D: usize> {
 }
 
 impl<const D: usize> Value<D> {
-    fn unreached() -> Self {
+    pub(crate) fn unreached() -> Self {
         Self {
             distance: f64::INFINITY,
             error: 0.0,
@@ -102,6 +106,9 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// O(n), in parallel.
     #[must_use]
     pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
+        if let Some(Other::Cost(found)) = &field.other {
+            return found.values.clone();
+        }
         let atlas = self.geodesics.surface();
         let share = if atlas.is_noisy() {
             OFF_SURFACE
@@ -122,12 +129,19 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let entrances = self.geodesics.entrances(node);
         let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
         nearest.map_or_else(Value::unreached, |(near, _)| {
+            if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
+                let points = net.nearest(&node.point, *near, NEAREST_POINTS);
+                return found.at(net, &node.point, &points);
+            }
             let near = ray::nearest(self.geodesics.graph(), &node.point, *near);
             self.at_node(field, near, &node.point, ON_SURFACE)
         })
     }
 
     fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+        if let Some(Other::Manifold(found)) = &field.other {
+            return self.at_any(found, node, x, share);
+        }
         let Some(frame) = &self.frames[node as usize] else {
             return Value::unreached();
         };
@@ -141,6 +155,24 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                     if other.distance < value.distance {
                         value = other;
                     }
+                }
+            }
+        }
+        value
+    }
+
+    fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+        let at = |node: u32| {
+            let frame = self.any_frames[node as usize].as_ref()?;
+            Some(found.at(node, frame, x, share))
+        };
+        let Some(mut value) = at(node) else {
+            return Value::unreached();
+        };
+        if found.is_focused(node, self.spacing[node as usize]) {
+            for other in self.adjacent(node).filter_map(|edge| at(edge.to)) {
+                if other.distance < value.distance {
+                    value = other;
                 }
             }
         }

@@ -29,11 +29,11 @@ const FOCUS: f64 = 0.1;
 const LONGER: f64 = 1.01;
 
 /// A step of the distance.
-struct Growth {
+pub(crate) struct Growth {
     /// By how much the distance grows.
-    delta: f64,
+    pub delta: f64,
     /// By how much the front spreads on the way.
-    spread: f64,
+    pub spread: f64,
     /// Sine and cosine of delta.
     sn: f64,
     cs: f64,
@@ -59,7 +59,7 @@ impl Jet {
     /// The distance at tangent coordinates `v`; `None` beyond where rays meet.
     pub fn distance_at(&self, v: [f64; 2], gauss: f64) -> Option<f64> {
         let [x, y] = self.split(v);
-        let growth = self.grow(x, y, gauss)?;
+        let growth = grow(self.curvature, x, y, gauss)?;
         let front = y / growth.spread;
         Some(self.distance + growth.delta + self.change * front * front * front / 6.0)
     }
@@ -70,7 +70,7 @@ impl Jet {
         let back = to.log(&from.point, ON_SURFACE);
         let [x, y] = self.split(v);
         let gauss = 0.5 * (from.gauss + to.gauss);
-        let growth = self.grow(x, y, gauss)?;
+        let growth = grow(self.curvature, x, y, gauss)?;
         let front = y / growth.spread;
         let hand = from.handedness(to);
         let arrival = norm(back);
@@ -111,35 +111,36 @@ impl Jet {
         let g = self.gradient;
         [g[0] * v[0] + g[1] * v[1], g[0] * v[1] - g[1] * v[0]]
     }
+}
 
-    fn grow(&self, x: f64, y: f64, gauss: f64) -> Option<Growth> {
-        let kappa = self.curvature;
-        let squared = x * x + y * y;
-        let bent = (gauss * squared).clamp(-MOST_BENT, MOST_BENT);
-        let gauss = if squared > 0.0 { bent / squared } else { gauss };
-        // The right-hand side, sn and md by their series.
-        let sine = 1.0 - bent / 6.0 * (1.0 - bent / 20.0 * (1.0 - bent / 42.0));
-        let versine = 0.5 - bent / 24.0 * (1.0 - bent / 30.0 * (1.0 - bent / 56.0));
-        let reached = x * sine + kappa * squared * versine;
-        let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
-        // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
-        let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
-        if discriminant <= least || discriminant.is_nan() {
-            return None;
-        }
-        let spread = discriminant.sqrt();
-        let t = reached / (1.0 + spread);
-        let z = gauss * t * t;
-        let inverse = (1.0 + z).recip();
-        let delta = 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0))));
-        // No distance changes by more than the step.
-        (delta * delta <= LONGER * squared).then_some(Growth {
-            delta,
-            spread,
-            sn: 2.0 * t * inverse,
-            cs: (1.0 - z) * inverse,
-        })
+/// The growth of the distance over a step x along the gradient and y to the side, on a front of curvature
+/// `kappa` in a surface of curvature `gauss`.
+pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
+    let squared = x * x + y * y;
+    let bent = (gauss * squared).clamp(-MOST_BENT, MOST_BENT);
+    let gauss = if squared > 0.0 { bent / squared } else { gauss };
+    // The right-hand side, sn and md by their series.
+    let sine = 1.0 - bent / 6.0 * (1.0 - bent / 20.0 * (1.0 - bent / 42.0));
+    let versine = 0.5 - bent / 24.0 * (1.0 - bent / 30.0 * (1.0 - bent / 56.0));
+    let reached = x * sine + kappa * squared * versine;
+    let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
+    // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
+    let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
+    if discriminant <= least || discriminant.is_nan() {
+        return None;
     }
+    let spread = discriminant.sqrt();
+    let t = reached / (1.0 + spread);
+    let z = gauss * t * t;
+    let inverse = (1.0 + z).recip();
+    let delta = 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0))));
+    // No distance changes by more than the step.
+    (delta * delta <= LONGER * squared).then_some(Growth {
+        delta,
+        spread,
+        sn: 2.0 * t * inverse,
+        cs: (1.0 - z) * inverse,
+    })
 }
 
 /// Length of tangent coordinates.

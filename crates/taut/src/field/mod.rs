@@ -28,13 +28,16 @@
 //! ```
 
 mod branches;
+mod cost;
 mod evaluate;
 mod fan;
 mod frame;
 mod jet;
+mod manifold;
 mod march;
 mod ray;
 
+pub use cost::{Cost, Slope};
 pub use evaluate::Value;
 
 use std::sync::OnceLock;
@@ -46,7 +49,7 @@ use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Edge;
-use crate::surface::atlas::Lists;
+use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Node};
 use branches::Branch;
 use fan::Sample;
@@ -85,6 +88,10 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     geodesics: &'a Geodesics<D, S>,
     /// Of the graph's nodes; `None` where the surface has no foot or no tangent plane.
     frames: Vec<Option<Frame<D>>>,
+    /// The same on surfaces of other dimensions than 2.
+    any_frames: Vec<Option<manifold::frame::Frame<D>>>,
+    /// The points with their costs, where there are any.
+    net: Option<cost::Net<D>>,
     /// Distance from each node of the graph to its nearest ones.
     spacing: Vec<f64>,
     /// The node nearest to each point of a cloud, once they have been asked for.
@@ -100,6 +107,28 @@ pub struct Field<const D: usize> {
     sources: Vec<Frame<D>>,
     source_starts: Vec<f64>,
     max_distance: f64,
+    /// All there is on surfaces of other dimensions than 2 and with costs.
+    other: Option<Other<D>>,
+}
+
+/// Fields that are not found by rays between rays.
+#[derive(Clone, Debug)]
+enum Other<const D: usize> {
+    Manifold(manifold::Found<D>),
+    Cost(cost::Found<D>),
+}
+
+impl<const D: usize> Field<D> {
+    fn of_other(other: Other<D>, max_distance: f64) -> Self {
+        Self {
+            starts: Vec::new(),
+            branches: Vec::new(),
+            sources: Vec::new(),
+            source_starts: Vec::new(),
+            max_distance,
+            other: Some(other),
+        }
+    }
 }
 
 /// Rays on a noisy surface need not be more accurate.
@@ -115,27 +144,31 @@ const ADJACENT: f64 = 1.5;
 const BESIDE: f64 = 2.6;
 
 impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
-    /// Finds the tangent planes and curvatures at the nodes of the surface's graph, which every field uses.
-    ///
-    /// # Errors
-    /// [`Error::NotTwoDimensional`] where the surface has another dimension than 2.
+    /// Finds the tangent spaces and curvatures at the nodes of the surface's graph, which every field uses.
     ///
     /// O(n) in the nodes of the graph, in parallel.
-    pub fn new(geodesics: &'a Geodesics<D, S>) -> Result<Self, Error> {
+    #[must_use]
+    pub fn new(geodesics: &'a Geodesics<D, S>) -> Self {
         let surface = geodesics.surface();
-        let dimension = surface.intrinsic_dimension();
-        if dimension != 2 {
-            return Err(Error::NotTwoDimensional { dimension });
-        }
         let graph = geodesics.graph();
-        let frames = graph
-            .nodes
-            .par_iter()
-            .map_init(
-                || Geometry::new(D - 2),
-                |geometry, node| frame(surface, node, geometry),
-            )
-            .collect();
+        let codimension = D - surface.intrinsic_dimension();
+        let (mut frames, mut any_frames) = (Vec::new(), Vec::new());
+        let nodes = graph.nodes.par_iter();
+        if surface.intrinsic_dimension() == 2 {
+            frames = nodes
+                .map_init(
+                    || Geometry::new(codimension),
+                    |geometry, node| frame(surface, node, geometry),
+                )
+                .collect();
+        } else {
+            any_frames = nodes
+                .map_init(
+                    || Geometry::new(codimension),
+                    |geometry, node| manifold::frame(surface, node, geometry),
+                )
+                .collect();
+        }
         let spacing = (0..graph.nodes.len() as u32)
             .into_par_iter()
             .map(|node| {
@@ -146,12 +179,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
             })
             .collect();
-        Ok(Self {
+        Self {
             geodesics,
             frames,
+            any_frames,
+            net: None,
             spacing,
             places: OnceLock::new(),
-        })
+        }
     }
 
     /// The distance from the nearest of the sources, each with its start value added.
@@ -167,6 +202,17 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     ) -> Result<Field<D>, Error> {
         if sources.is_empty() {
             return Err(Error::NoSources);
+        }
+        if let Some(net) = &self.net {
+            let found = cost::find(net, &self.origins(sources), settings.max_distance)?;
+            return Ok(Field::of_other(Other::Cost(found), settings.max_distance));
+        }
+        if !self.any_frames.is_empty() {
+            let found = manifold::find(self, &self.any_frames, sources, settings)?;
+            return Ok(Field::of_other(
+                Other::Manifold(found),
+                settings.max_distance,
+            ));
         }
         let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
         let mut geometry = Geometry::new(D - 2);
@@ -274,7 +320,22 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             sources: source_frames,
             source_starts,
             max_distance: settings.max_distance,
+            other: None,
         })
+    }
+
+    /// The sources as the march of costs needs them.
+    fn origins(&self, sources: &[Source<D, S::Place>]) -> Vec<cost::Origin<D>> {
+        let origin = |source: &Source<D, S::Place>| {
+            let entrances = self.geodesics.entrances(&source.node);
+            let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            cost::Origin {
+                point: source.node.point,
+                near: nearest.map(|n| n.0),
+                start: source.start,
+            }
+        };
+        sources.iter().map(origin).collect()
     }
 
     fn tolerance(&self, settings: &Settings) -> f64 {
@@ -337,6 +398,27 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     }
 }
 
+impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
+    /// Fields of least cost: distances are integrals of the cost per length, directions those of travel. Tolerances
+    /// mean nothing to them.
+    ///
+    /// # Errors
+    /// [`Error::NoCosts`] on surfaces of more than two dimensions, [`Error::WrongCosts`], [`Error::BadCost`] and
+    /// [`Error::BadSlope`] where costs are not what [`Cost`] says.
+    ///
+    /// O(n) in the points of the cloud, in parallel.
+    pub fn with_cost(geodesics: &'a Geodesics<D, Atlas<D>>, cost: &Cost) -> Result<Self, Error> {
+        Ok(Self {
+            geodesics,
+            frames: Vec::new(),
+            any_frames: Vec::new(),
+            net: Some(cost::Net::new(geodesics.surface(), cost)?),
+            spacing: Vec::new(),
+            places: OnceLock::new(),
+        })
+    }
+}
+
 /// The frame at a node.
 fn frame<const D: usize, S: Guide<D>>(
     surface: &S,
@@ -367,9 +449,15 @@ impl<const D: usize> Field<D> {
         &self.branches[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
-    /// The number of graph nodes without a distance.
+    /// The number of graph nodes without a distance; with costs, of points.
     #[must_use]
     pub fn unreached_nodes(&self) -> usize {
+        if let Some(other) = &self.other {
+            return match other {
+                Other::Manifold(found) => found.branches.iter().filter(|b| b.is_empty()).count(),
+                Other::Cost(found) => found.unreached(),
+            };
+        }
         self.starts
             .windows(2)
             .filter(|pair| pair[0] == pair[1])

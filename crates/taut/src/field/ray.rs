@@ -49,13 +49,19 @@ const PAST: f64 = 2.0;
 
 impl<const D: usize, P: Copy> Limits<'_, D, P> {
     /// The ray is of no interest any more.
-    fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
+    pub(crate) fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
         let slack = PAST * self.spacing[near as usize];
         let off = (point - self.graph.nodes[near as usize].point).norm();
         length > self.longest + slack || length > (self.bound)(near) + off + slack
     }
 
-    fn longest_step(&self, near: u32) -> f64 {
+    /// Estimated error of a step that is allowed near a node, where the surface has an error of its own.
+    pub fn tolerance_at(&self, near: u32, height_error: f64) -> f64 {
+        let rough = ROUGH * height_error / self.spacing[near as usize];
+        self.tolerance.max(rough)
+    }
+
+    pub(crate) fn longest_step(&self, near: u32) -> f64 {
         let step = LONGEST_STEP * self.spacing[near as usize];
         if self.detail > 0.0 {
             step.min(self.detail)
@@ -66,7 +72,7 @@ impl<const D: usize, P: Copy> Limits<'_, D, P> {
 }
 
 /// Stages: where on the step, and the weights of the stages before.
-const AT: [&[f64]; 6] = [
+pub(crate) const AT: [&[f64]; 6] = [
     &[1.0 / 5.0],
     &[3.0 / 40.0, 9.0 / 40.0],
     &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
@@ -93,7 +99,7 @@ const AT: [&[f64]; 6] = [
     ],
 ];
 /// The fifth order's weights less the fourth's.
-const DIFFERENCE: [f64; 7] = [
+pub(crate) const DIFFERENCE: [f64; 7] = [
     71.0 / 57600.0,
     0.0,
     -71.0 / 16695.0,
@@ -103,23 +109,23 @@ const DIFFERENCE: [f64; 7] = [
     -1.0 / 40.0,
 ];
 /// Weight of errors that change the length at second order only: sideways, and of the Jacobi field.
-const SIDEWAYS: f64 = 0.05;
+pub(crate) const SIDEWAYS: f64 = 0.05;
 /// Weight of errors off the surface, which every step takes back.
-const OFF: f64 = 0.01;
+pub(crate) const OFF: f64 = 0.01;
 /// Rays may start from between others whose distance is this share of the radius of curvature.
 const MOST_BENT: f64 = 0.35;
 /// The surface's own error over the spacing, times this: the relative error of steps below which it is useless to go.
 const ROUGH: f64 = 0.03;
-const MOST_STEPS: usize = 20_000;
+pub(crate) const MOST_STEPS: usize = 20_000;
 /// A ray ends where steps must be shorter than this share of the longest.
-const SHORTEST: f64 = 1e-3;
+pub(crate) const SHORTEST: f64 = 1e-3;
 
 /// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
-const FARTHEST_OFF: f64 = 0.03;
+pub(crate) const FARTHEST_OFF: f64 = 0.03;
 /// How much longer than the step, and what it was put back by, its chord may come out.
-const LONGER: f64 = 1.001;
+pub(crate) const LONGER: f64 = 1.001;
 /// A ray ends this share of the longest step beyond a rim.
-const OVER_RIM: f64 = 0.03;
+pub(crate) const OVER_RIM: f64 = 0.03;
 
 /// Position, velocity, J and J'.
 #[derive(Clone, Copy)]
@@ -265,8 +271,8 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             }
             continue;
         };
-        let roughness = surface.height_error(knot.place) / limits.spacing[knot.near as usize];
-        let excess = error / (limits.tolerance.max(ROUGH * roughness) * step);
+        let excess =
+            error / (limits.tolerance_at(knot.near, surface.height_error(knot.place)) * step);
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
         if excess > 1.0 && step > SHORTEST * longest {
             step *= change.max(0.2);

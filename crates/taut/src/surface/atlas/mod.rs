@@ -181,6 +181,11 @@ impl<const D: usize> Atlas<D> {
         self.owners[point]
     }
 
+    /// The charts that may overlap one, nearest first, itself first.
+    pub(crate) fn beside(&self, chart: ChartIndex) -> &[ChartIndex] {
+        self.neighbours.of(chart)
+    }
+
     /// The points lie off the surface by more than it errs.
     pub(crate) fn is_noisy(&self) -> bool {
         self.detail > 0.0

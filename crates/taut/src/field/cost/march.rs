@@ -1,0 +1,402 @@
+//! Least costs at all points: in the order of cost with straight segments, and then swept again in that order
+//! with cubic ones.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::Vector;
+use crate::error::Error;
+use crate::field::Value;
+use crate::field::cost::Slope;
+use crate::field::cost::net::{Net, Rings, Spoke};
+use crate::field::cost::update::{Known, Way, through};
+
+/// Points so near a source, by rank, take the straight way from it.
+const AT_SOURCE: usize = 30;
+/// Points near a source among which its neighbourhood is judged.
+const NEAR_SOURCE: usize = 60;
+/// Improvements below this share of the cost are left.
+const LEAST: f64 = 1e-10;
+/// Sweeps with cubic segments: where costs depend on the direction least ways need not come in order.
+const SWEEPS: usize = 2;
+const SWEEPS_OF_SLOPES: usize = 4;
+/// Where a way turns round a point, what it turns round is known to this share of a spacing.
+const CORNER: f64 = 0.5;
+
+/// A source: where it lies, a node of the graph beside it, and its start value.
+pub(crate) struct Origin<const D: usize> {
+    pub point: Vector<D>,
+    pub near: Option<u32>,
+    pub start: f64,
+}
+
+/// The least cost at each point of the net.
+#[derive(Clone, Debug)]
+pub(crate) struct Found<const D: usize> {
+    pub values: Vec<Value<D>>,
+    gradients: Vec<Vector<D>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Label<const D: usize> {
+    cost: f64,
+    gradient: Vector<D>,
+    /// Of the way's last step.
+    step: Vector<D>,
+    source: u32,
+    /// Estimated error by what is not known along the way.
+    doubt: f64,
+    /// Beside a source.
+    fixed: bool,
+}
+
+impl<const D: usize> Label<D> {
+    fn none() -> Self {
+        Self {
+            cost: f64::INFINITY,
+            gradient: Vector::zeros(),
+            step: Vector::zeros(),
+            source: u32::MAX,
+            doubt: 0.0,
+            fixed: false,
+        }
+    }
+}
+
+/// A point whose cost its neighbours may make use of, least first.
+#[derive(PartialEq)]
+struct Waiting {
+    cost: f64,
+    point: u32,
+}
+
+impl Eq for Waiting {}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let order = other.cost.total_cmp(&self.cost);
+        order.then(other.point.cmp(&self.point))
+    }
+}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The least costs from sources, at most `longest`.
+pub(crate) fn find<const D: usize>(
+    net: &Net<D>,
+    sources: &[Origin<D>],
+    longest: f64,
+) -> Result<Found<D>, Error> {
+    let start = beside(net, sources)?;
+    let first = in_order(net, start, longest);
+    let mut order: Vec<u32> = (0..first.len() as u32)
+        .filter(|i| first[*i as usize].cost <= longest)
+        .collect();
+    order.sort_by(|a, b| {
+        let cost = |i: u32| first[i as usize].cost;
+        cost(*a).total_cmp(&cost(*b)).then(a.cmp(b))
+    });
+    // Rings of two sizes err by different multiples of the same power of it.
+    let (inner, outer) = rayon::join(
+        || swept(net, &net.inner, &first, &order),
+        || swept(net, &net.outer, &first, &order),
+    );
+    let value = |(inner, outer): (&Label<D>, &Label<D>)| {
+        let direction = inner.step.try_normalize(0.0).unwrap_or_else(Vector::zeros);
+        if inner.cost > longest {
+            return Value::unreached();
+        }
+        Value {
+            distance: inner.cost,
+            error: (inner.cost - outer.cost).abs() + inner.doubt,
+            source: inner.source,
+            direction,
+        }
+    };
+    Ok(Found {
+        values: inner.iter().zip(&outer).map(value).collect(),
+        gradients: inner.iter().map(|label| label.gradient).collect(),
+    })
+}
+
+/// The points beside the sources, reached straight from them.
+fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Label<D>>, Error> {
+    let mut labels = vec![Label::none(); net.points.len()];
+    for (source, origin) in (0..).zip(sources) {
+        let Some(chart) = origin.near else { continue };
+        let near = net.nearest(&origin.point, chart, NEAR_SOURCE);
+        let rate = near.first().map_or(1.0, |i| net.costs[*i as usize]);
+        if !rate.is_finite() {
+            return Err(Error::NoFoot {
+                point: format!("{:?}", origin.point.as_slice()),
+                reason: "a source lies where the cost is infinite",
+            });
+        }
+        for point in near.iter().take(AT_SOURCE) {
+            let x = &net.points[*point as usize];
+            let there = net.costs[*point as usize];
+            if !there.is_finite() || !net.is_open(&origin.point, x, &near) {
+                continue;
+            }
+            let source_itself = Known {
+                point: origin.point,
+                rate,
+                cost: origin.start,
+                gradient: None,
+            };
+            let way = through(x, there, [&source_itself; 2], net.slope);
+            let label = &mut labels[*point as usize];
+            if way.cost < label.cost {
+                *label = Label {
+                    cost: way.cost,
+                    gradient: way.gradient,
+                    step: way.step,
+                    source,
+                    doubt: 0.25 * (there - rate).abs() * way.step.norm(),
+                    fixed: true,
+                };
+            }
+        }
+    }
+    Ok(labels)
+}
+
+fn known<const D: usize>(net: &Net<D>, labels: &[Label<D>], point: u32, cubic: bool) -> Known<D> {
+    let i = point as usize;
+    Known {
+        point: net.points[i],
+        rate: net.costs[i],
+        cost: labels[i].cost,
+        gradient: cubic.then_some(labels[i].gradient),
+    }
+}
+
+/// The label at a point by a way through the segment between two others.
+fn label<const D: usize>(
+    net: &Net<D>,
+    labels: &[Label<D>],
+    way: &Way<D>,
+    ends: [u32; 2],
+) -> Label<D> {
+    let [a, b] = ends.map(|end| &labels[end as usize]);
+    let from = if way.share <= 0.5 { a } else { b };
+    let mut doubt = a.doubt + way.share * (b.doubt - a.doubt);
+    if way.share == 0.0 || way.share == 1.0 {
+        let corner = ends[usize::from(way.share == 1.0)] as usize;
+        let [before, after] = [from.step, way.step].map(|s| s.try_normalize(0.0));
+        if let (Some(before), Some(after)) = (before, after) {
+            doubt += CORNER * net.spacing[corner] * net.costs[corner] * (after - before).norm();
+        }
+    }
+    Label {
+        cost: way.cost,
+        gradient: way.gradient,
+        step: way.step,
+        source: from.source,
+        doubt,
+        fixed: false,
+    }
+}
+
+/// Labels corrected until none changes, with straight segments: never too short.
+fn in_order<const D: usize>(
+    net: &Net<D>,
+    mut labels: Vec<Label<D>>,
+    longest: f64,
+) -> Vec<Label<D>> {
+    let users = users(&net.inner, labels.len());
+    let mut heap: BinaryHeap<Waiting> = (0..)
+        .zip(&labels)
+        .filter(|(_, label)| label.cost <= longest)
+        .map(|(point, label)| Waiting {
+            cost: label.cost,
+            point,
+        })
+        .collect();
+    while let Some(Waiting { cost, point }) = heap.pop() {
+        if cost > labels[point as usize].cost {
+            continue;
+        }
+        for (user, place) in users.of(point) {
+            let ring = net.inner.of(*user);
+            let (i, x) = (*place as usize, net.points[*user as usize]);
+            let before = &ring[(i + ring.len() - 1) % ring.len()];
+            let after = &ring[(i + 1) % ring.len()];
+            let sides = [(before, before.joined), (after, ring[i].joined)];
+            let mut alone = true;
+            for (other, joined) in sides {
+                if !joined || !labels[other.to as usize].cost.is_finite() {
+                    continue;
+                }
+                alone = false;
+                improve(
+                    net,
+                    &mut labels,
+                    &mut heap,
+                    (*user, &x),
+                    [point, other.to],
+                    longest,
+                );
+            }
+            if alone {
+                improve(
+                    net,
+                    &mut labels,
+                    &mut heap,
+                    (*user, &x),
+                    [point; 2],
+                    longest,
+                );
+            }
+        }
+    }
+    labels
+}
+
+fn improve<const D: usize>(
+    net: &Net<D>,
+    labels: &mut [Label<D>],
+    heap: &mut BinaryHeap<Waiting>,
+    (point, x): (u32, &Vector<D>),
+    ends: [u32; 2],
+    longest: f64,
+) {
+    let least = ends.map(|end| labels[end as usize].cost);
+    let held = labels[point as usize].cost;
+    if least[0].min(least[1]) >= held {
+        return;
+    }
+    let from = ends.map(|end| known(net, labels, end, false));
+    let way = through(
+        x,
+        net.costs[point as usize],
+        [&from[0], &from[1]],
+        net.slope,
+    );
+    if way.cost < held * (1.0 - LEAST) && way.cost <= longest {
+        labels[point as usize] = label(net, labels, &way, ends);
+        heap.push(Waiting {
+            cost: way.cost,
+            point,
+        });
+    }
+}
+
+/// For each point the rings it is in, and its place in them.
+struct Users {
+    starts: Vec<u32>,
+    places: Vec<(u32, u32)>,
+}
+
+impl Users {
+    fn of(&self, point: u32) -> &[(u32, u32)] {
+        let i = point as usize;
+        &self.places[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+}
+
+fn users(rings: &Rings, count: usize) -> Users {
+    let spokes = |point: u32| rings.of(point).iter().zip(0..);
+    let mut starts = vec![0_u32; count + 2];
+    for point in 0..count as u32 {
+        for (spoke, _) in spokes(point) {
+            starts[spoke.to as usize + 2] += 1;
+        }
+    }
+    for i in 2..starts.len() {
+        starts[i] += starts[i - 1];
+    }
+    let mut places = vec![(0, 0); starts[count + 1] as usize];
+    for point in 0..count as u32 {
+        for (spoke, place) in spokes(point) {
+            let next = &mut starts[spoke.to as usize + 1];
+            places[*next as usize] = (point, place);
+            *next += 1;
+        }
+    }
+    Users { starts, places }
+}
+
+/// The labels found again with cubic segments through rings, in an order of cost.
+fn swept<const D: usize>(
+    net: &Net<D>,
+    rings: &Rings,
+    first: &[Label<D>],
+    order: &[u32],
+) -> Vec<Label<D>> {
+    let mut labels = first.to_vec();
+    let sweeps = if net.slope == Slope::Level {
+        SWEEPS
+    } else {
+        SWEEPS_OF_SLOPES
+    };
+    for _ in 0..sweeps {
+        for point in order.iter().filter(|i| !first[**i as usize].fixed) {
+            if let Some(label) = least(net, rings.of(*point), &labels, first, *point) {
+                labels[*point as usize] = label;
+            }
+        }
+    }
+    labels
+}
+
+/// The least way to a point through its ring, from what the first labels say is nearer.
+fn least<const D: usize>(
+    net: &Net<D>,
+    ring: &[Spoke],
+    labels: &[Label<D>],
+    first: &[Label<D>],
+    point: u32,
+) -> Option<Label<D>> {
+    let (x, rate) = (net.points[point as usize], net.costs[point as usize]);
+    let nearer = |i: u32| first[i as usize].cost < first[point as usize].cost;
+    let mut best: Option<(Way<D>, [u32; 2])> = None;
+    let mut consider = |ends: [u32; 2]| {
+        let from = ends.map(|end| known(net, labels, end, true));
+        let way = through(&x, rate, [&from[0], &from[1]], net.slope);
+        if best.is_none_or(|b| way.cost < b.0.cost) {
+            best = Some((way, ends));
+        }
+    };
+    for (i, spoke) in ring.iter().enumerate() {
+        let next = ring[(i + 1) % ring.len()].to;
+        let known = |i: u32| first[i as usize].cost.is_finite();
+        if spoke.joined && known(spoke.to) && known(next) && (nearer(spoke.to) || nearer(next)) {
+            consider([spoke.to, next]);
+        } else if nearer(spoke.to) {
+            consider([spoke.to; 2]);
+        }
+    }
+    best.map(|(way, ends)| label(net, labels, &way, ends))
+}
+
+impl<const D: usize> Found<D> {
+    /// The number of points that no way leads to.
+    pub fn unreached(&self) -> usize {
+        let unreached = |value: &&Value<D>| value.distance.is_infinite();
+        self.values.iter().filter(unreached).count()
+    }
+
+    /// The value at a point near some of the net, from the nearest that is straight on from it.
+    pub fn at(&self, net: &Net<D>, x: &Vector<D>, near: &[u32]) -> Value<D> {
+        let found = near.iter().find(|i| {
+            let reached = self.values[**i as usize].distance.is_finite();
+            reached && net.is_open(x, &net.points[**i as usize], near)
+        });
+        let Some(nearest) = found.map(|i| *i as usize) else {
+            return Value::unreached();
+        };
+        let value = self.values[nearest];
+        let step = x - net.points[nearest];
+        let change = self.gradients[nearest].dot(&step);
+        Value {
+            distance: (value.distance + change).max(0.0),
+            error: value.error + change.abs() * step.norm() / net.spacing[nearest].max(step.norm()),
+            ..value
+        }
+    }
+}

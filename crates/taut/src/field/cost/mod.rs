@@ -1,0 +1,126 @@
+//! Fields of least cost: a cost per length that differs from point to point or with the slope, and places where
+//! nothing passes.
+//!
+//! Rays do not serve costs that jump. Costs are marched over the points of the cloud themselves, which know more
+//! of them than the charts: each point takes the least way through the segments between its neighbours
+//! (ordered upwind methods: J. A. Sethian, A. Vladimirsky, SIAM Journal on Numerical Analysis 41, 2003), the cost
+//! on a segment being cubic by its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron,
+//! Journal of Scientific Computing 89, 2021).
+
+mod march;
+mod net;
+mod update;
+
+pub(crate) use march::{Found, Origin, find};
+pub(crate) use net::Net;
+
+use crate::Vector;
+use crate::error::Error;
+
+/// What a way costs: the integral of cost per length.
+#[derive(Clone, Debug, Default)]
+pub struct Cost {
+    /// Cost per length at each input row, positive, infinite where nothing passes; 1 everywhere if empty. Values of
+    /// dropped rows are not looked at, and of repeated rows the first counts.
+    pub at_rows: Vec<f64>,
+    /// By how much slopes multiply it.
+    pub slope: Slope,
+}
+
+/// By how much going up or down multiplies the cost per length. The third coordinate points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Slope {
+    /// Not at all.
+    #[default]
+    Level,
+    /// Time of walking by W. Tobler, "Three presentations on geographical analysis and modeling", 1993, relative
+    /// to level ground: exp(3.5 |g + 0.05|) / exp(3.5 * 0.05), g the rise over the horizontal run; least downhill
+    /// at g = -0.05.
+    Hiking,
+    /// 1 + `up` g uphill and 1 + `down` |g| downhill, g the rise over the horizontal run.
+    Factors {
+        /// Not negative.
+        up: f64,
+        /// Not negative.
+        down: f64,
+    },
+}
+
+/// Tobler's decay by grade and the grade of fastest walking.
+const DECAY: f64 = 3.5;
+const EASIEST: f64 = 0.05;
+/// The coordinate that points up.
+const UP: usize = 2;
+
+impl Slope {
+    /// By how much a grade multiplies the cost, and the derivative by the grade.
+    fn factor(self, grade: f64) -> (f64, f64) {
+        match self {
+            Self::Level => (1.0, 0.0),
+            Self::Hiking => {
+                let off = grade + EASIEST;
+                let factor = (DECAY * (off.abs() - EASIEST)).exp();
+                (factor, DECAY * factor * off.signum())
+            }
+            Self::Factors { up, down } => {
+                if grade > 0.0 {
+                    (1.0 + up * grade, up)
+                } else {
+                    (1.0 - down * grade, -down)
+                }
+            }
+        }
+    }
+
+    /// The cost of a straight step where the cost per level length is 1, and its gradient by the step.
+    fn step<const D: usize>(self, step: &Vector<D>) -> (f64, Vector<D>) {
+        let length = step.norm();
+        if self == Self::Level || D <= UP || length == 0.0 {
+            return (length, step / length.max(f64::MIN_POSITIVE));
+        }
+        let run = (length * length - step[UP] * step[UP]).max(0.0).sqrt();
+        let grade = step[UP] / run;
+        let (factor, change) = self.factor(grade);
+        // The grade grows with the rise and falls along the horizontal part of the step.
+        let mut gradient = step * (factor / length - length * change * grade / (run * run));
+        gradient[UP] = factor * step[UP] / length + length * change / run;
+        (length * factor, gradient)
+    }
+
+    fn check(self) -> Result<(), Error> {
+        let Self::Factors { up, down } = self else {
+            return Ok(());
+        };
+        let wrong = [up, down]
+            .into_iter()
+            .find(|factor| !(*factor >= 0.0 && factor.is_finite()));
+        wrong.map_or(Ok(()), |found| Err(Error::BadSlope { found }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_of_steps_are_their_derivatives() {
+        let laws = [
+            Slope::Level,
+            Slope::Hiking,
+            Slope::Factors { up: 3.0, down: 0.5 },
+        ];
+        for law in laws {
+            for step in [[0.3, 0.4, 0.1], [-0.2, 0.5, -0.3], [0.1, -0.7, 0.0001]] {
+                let step = Vector::<3>::from(step);
+                let (cost, gradient) = law.step(&step);
+                assert!((gradient.dot(&step) - cost).abs() < 1e-12, "{law:?}");
+                for i in 0..3 {
+                    let mut there = step;
+                    there[i] += 1e-7;
+                    let slope = (law.step(&there).0 - cost) / 1e-7;
+                    assert!((slope - gradient[i]).abs() < 1e-5, "{law:?} {step} {i}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! The points of a cloud with the segments between their neighbours, through which ways of least cost come.
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::error::Error;
+use crate::field::cost::{Cost, Slope};
+use crate::surface::atlas::{Atlas, Lists};
+use crate::surface::{Geometry, Surface};
+
+/// Neighbours in the inner ring, by rank of their distance, and in the outer one.
+const INNER: std::ops::Range<usize> = 0..10;
+const OUTER: std::ops::Range<usize> = 8..24;
+/// Neighbours farther apart than this many radians have no segment between them.
+const WIDEST: f64 = 2.0;
+/// Where a straight step is looked at: between its ends.
+const ALONG: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+/// A step may cut across a rim by this many spacings.
+const CROSSING: f64 = 0.75;
+
+/// A neighbour in the ring round a point, by angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spoke {
+    pub to: u32,
+    /// The way is straight through the segment to the next of the ring.
+    pub joined: bool,
+}
+
+/// The rings round all points.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rings {
+    starts: Vec<u32>,
+    spokes: Vec<Spoke>,
+}
+
+impl Rings {
+    fn new(lists: impl Iterator<Item = Vec<Spoke>>) -> Self {
+        let mut rings = Self {
+            starts: vec![0],
+            spokes: Vec::new(),
+        };
+        for list in lists {
+            rings.spokes.extend(list);
+            rings.starts.push(rings.spokes.len() as u32);
+        }
+        rings
+    }
+
+    pub fn of(&self, point: u32) -> &[Spoke] {
+        let i = point as usize;
+        &self.spokes[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+}
+
+/// Points with their costs and rings.
+#[derive(Clone, Debug)]
+pub(crate) struct Net<const D: usize> {
+    pub points: Vec<Vector<D>>,
+    pub costs: Vec<f64>,
+    pub slope: Slope,
+    /// Rings of the nearest neighbours, and of those farther off.
+    pub inner: Rings,
+    pub outer: Rings,
+    /// Distance from each point to the nearest others.
+    pub spacing: Vec<f64>,
+    /// For each node of the graph its points and those of the nodes beside it.
+    by_chart: Lists,
+    around: Lists,
+}
+
+impl<const D: usize> Net<D> {
+    pub fn new(atlas: &Atlas<D>, cost: &Cost) -> Result<Self, Error> {
+        let dimension = atlas.intrinsic_dimension();
+        if dimension > 2 {
+            return Err(Error::NoCosts { dimension });
+        }
+        cost.slope.check()?;
+        let costs = costs_of_points(atlas, &cost.at_rows)?;
+        let mut owned = vec![Vec::new(); atlas.nodes().len()];
+        for point in 0..costs.len() {
+            owned[atlas.owner(point) as usize].push(point as u32);
+        }
+        let by_chart = Lists::new(owned.iter().map(|list| list.iter().copied()));
+        let around = (0..owned.len() as u32).map(|chart| atlas.beside(chart).iter().copied());
+        let around = Lists::new(around);
+        let points = (0..costs.len())
+            .into_par_iter()
+            .map_init(
+                || Geometry::new(D - dimension),
+                |geometry, i| {
+                    let (x, mut place) = (atlas.cloud().points[i], atlas.owner(i));
+                    atlas.foot(&x, &mut place, geometry).unwrap_or(x)
+                },
+            )
+            .collect();
+        let mut net = Self {
+            points,
+            costs,
+            slope: cost.slope,
+            inner: Rings::default(),
+            outer: Rings::default(),
+            spacing: Vec::new(),
+            by_chart,
+            around,
+        };
+        let found: Vec<(Vec<Spoke>, Vec<Spoke>, f64)> = (0..net.points.len() as u32)
+            .into_par_iter()
+            .map_init(
+                || Geometry::new(D - dimension),
+                |geometry, point| net.rings(atlas, point, geometry),
+            )
+            .collect();
+        net.spacing = found.iter().map(|f| f.2).collect();
+        let (inner, outer): (Vec<_>, Vec<_>) = found.into_iter().map(|f| (f.0, f.1)).unzip();
+        (net.inner, net.outer) = (Rings::new(inner.into_iter()), Rings::new(outer.into_iter()));
+        Ok(net)
+    }
+
+    /// The points of the charts beside one, nearest to `x` first, at most `count`.
+    pub fn nearest(&self, x: &Vector<D>, chart: u32, count: usize) -> Vec<u32> {
+        let charts = self.around.of(chart).iter();
+        let mut near: Vec<(f64, u32)> = charts
+            .flat_map(|chart| self.by_chart.of(*chart))
+            .map(|j| ((self.points[*j as usize] - x).norm_squared(), *j))
+            .collect();
+        let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if near.len() > count {
+            near.select_nth_unstable_by(count, order);
+            near.truncate(count);
+        }
+        near.sort_unstable_by(order);
+        near.into_iter().map(|n| n.1).collect()
+    }
+
+    /// A straight step from `x` stays among points that can be passed, the nearest of `near` to each place on it.
+    pub fn is_open(&self, x: &Vector<D>, to: &Vector<D>, near: &[u32]) -> bool {
+        let passable = |j: &u32| self.costs[*j as usize].is_finite();
+        near.iter().all(passable)
+            || ALONG.iter().all(|t| {
+                let place = x + (to - x) * *t;
+                let squared = |j: &u32| (self.points[*j as usize] - place).norm_squared();
+                let nearest = near.iter().min_by(|a, b| squared(a).total_cmp(&squared(b)));
+                nearest.is_some_and(passable)
+            })
+    }
+
+    /// Inner and outer ring of a point, and its spacing.
+    fn rings(
+        &self,
+        atlas: &Atlas<D>,
+        point: u32,
+        geometry: &mut Geometry<D>,
+    ) -> (Vec<Spoke>, Vec<Spoke>, f64) {
+        let x = self.points[point as usize];
+        let chart = atlas.owner(point as usize);
+        let mut near = self.nearest(&x, chart, 2 * OUTER.end);
+        let distance = |j: &u32| (self.points[*j as usize] - x).norm();
+        let others = near.iter().filter(|j| **j != point).take(4);
+        let spacing = others.clone().map(distance).sum::<f64>() / others.count().max(1) as f64;
+        if !self.costs[point as usize].is_finite() || !atlas.cheap_geometry(&x, chart, geometry) {
+            return (Vec::new(), Vec::new(), spacing);
+        }
+        if !near.contains(&point) {
+            near.insert(0, point);
+        }
+        let passes = |to: &Vector<D>| {
+            let over = |t: &f64| {
+                let depth = atlas.beyond_rim(&(x + (to - x) * *t), chart);
+                depth.is_none_or(|d| d.0 <= CROSSING * spacing)
+            };
+            self.is_open(&x, to, &near) && ALONG.iter().skip(1).step_by(2).all(over)
+        };
+        let open: Vec<u32> = near
+            .iter()
+            .filter(|j| **j != point && self.costs[**j as usize].is_finite())
+            .take(OUTER.end)
+            .copied()
+            .filter(|j| passes(&self.points[*j as usize]))
+            .collect();
+        let ring = |ranks: std::ops::Range<usize>| {
+            let ranks = ranks.start.min(open.len())..ranks.end.min(open.len());
+            self.ring(&x, &open[ranks], geometry, &passes)
+        };
+        (ring(INNER), ring(OUTER), spacing)
+    }
+
+    /// Neighbours by angle in the tangent plane, and which of them have a segment between them.
+    fn ring(
+        &self,
+        x: &Vector<D>,
+        neighbours: &[u32],
+        geometry: &Geometry<D>,
+        passes: &impl Fn(&Vector<D>) -> bool,
+    ) -> Vec<Spoke> {
+        let plane = geometry.intrinsic_dimension() == 2;
+        let angle = |j: u32| {
+            let v = self.points[j as usize] - x;
+            let up = if plane {
+                v.dot(&geometry.tangent(1))
+            } else {
+                0.0
+            };
+            up.atan2(v.dot(&geometry.tangent(0)))
+        };
+        let mut ring: Vec<(f64, u32)> = neighbours.iter().map(|j| (angle(*j), *j)).collect();
+        ring.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let count = ring.len();
+        let spoke = |i: usize| {
+            let ((here, to), (there, next)) = (ring[i], ring[(i + 1) % count]);
+            let gap = (there - here).rem_euclid(std::f64::consts::TAU);
+            let middle = (self.points[to as usize] + self.points[next as usize]) * 0.5;
+            Spoke {
+                to,
+                joined: plane && count > 1 && gap > 0.0 && gap <= WIDEST && passes(&middle),
+            }
+        };
+        (0..count).map(spoke).collect()
+    }
+}
+
+/// The cost at each point of the cloud.
+fn costs_of_points<const D: usize>(atlas: &Atlas<D>, at_rows: &[f64]) -> Result<Vec<f64>, Error> {
+    let cloud = atlas.cloud();
+    if at_rows.is_empty() {
+        return Ok(vec![1.0; cloud.points.len()]);
+    }
+    let expected = cloud.point_of_row.len();
+    if at_rows.len() != expected {
+        return Err(Error::WrongCosts {
+            found: at_rows.len(),
+            expected,
+        });
+    }
+    let cost = |row: &u32| {
+        let found = at_rows[*row as usize];
+        let row = *row as usize;
+        (found > 0.0)
+            .then_some(found)
+            .ok_or(Error::BadCost { row, found })
+    };
+    cloud.rows.iter().map(cost).collect()
+}

@@ -1,0 +1,158 @@
+//! The least cost at a point by a straight step through a segment between two points that know theirs.
+
+use crate::Vector;
+use crate::field::cost::Slope;
+
+/// What is known at a point: the cost per length there, the least cost and its gradient.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known<const D: usize> {
+    pub point: Vector<D>,
+    pub rate: f64,
+    pub cost: f64,
+    /// `None` where costs between points are to be linear.
+    pub gradient: Option<Vector<D>>,
+}
+
+/// A way to a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way<const D: usize> {
+    pub cost: f64,
+    pub gradient: Vector<D>,
+    /// The step, and where on the segment it begins: 0 to 1.
+    pub step: Vector<D>,
+    pub share: f64,
+}
+
+/// Starts on the segment that are compared, and steps of false position between two of them.
+const STARTS: usize = 4;
+const REFINEMENTS: usize = 6;
+
+/// A segment being looked at from a point.
+struct Segment<'a, const D: usize> {
+    to: &'a Vector<D>,
+    rate: f64,
+    ends: [&'a Known<D>; 2],
+    edge: Vector<D>,
+    /// The cost along it is a + b t + c t^2 + d t^3.
+    cubic: [f64; 4],
+    slope: Slope,
+}
+
+impl<const D: usize> Segment<'_, D> {
+    /// The cost by way of a place on the segment, its derivative, and the step from there.
+    fn at(&self, t: f64) -> (f64, f64, Vector<D>) {
+        let [a, b, c, d] = self.cubic;
+        let step = self.to - self.ends[0].point - self.edge * t;
+        let (length, gradient) = self.slope.step(&step);
+        let rates = self.ends[1].rate - self.ends[0].rate;
+        let rate = 0.5 * (self.rate + self.ends[0].rate + t * rates);
+        let cost = a + t * (b + t * (c + t * d)) + rate * length;
+        let along = b + t * (2.0 * c + t * 3.0 * d);
+        let change = along + 0.5 * rates * length - rate * gradient.dot(&self.edge);
+        (cost, change, step)
+    }
+
+    /// Where the cost is least.
+    fn least(&self) -> f64 {
+        let mut best = (f64::INFINITY, 0);
+        let mut tried = [(0.0, 0.0); STARTS + 1];
+        for (i, tried) in tried.iter_mut().enumerate() {
+            let (cost, change, _) = self.at(i as f64 / STARTS as f64);
+            *tried = (cost, change);
+            if cost < best.0 {
+                best = (cost, i);
+            }
+        }
+        let (i, change) = (best.1, tried[best.1].1);
+        let other = if change < 0.0 {
+            (i < STARTS).then(|| i + 1)
+        } else {
+            i.checked_sub(1)
+        };
+        let place = |i: usize| i as f64 / STARTS as f64;
+        let Some(other) = other.filter(|o| tried[*o].1 * change < 0.0) else {
+            return place(i);
+        };
+        let (mut low, mut high) = ((place(i), change), (place(other), tried[other].1));
+        let mut t = low.0;
+        // False position, the weight of an end that stays halved (Illinois).
+        for _ in 0..REFINEMENTS {
+            t = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let change = self.at(t).1;
+            if change * high.1 < 0.0 {
+                low = high;
+            } else {
+                low.1 *= 0.5;
+            }
+            high = (t, change);
+            if change == 0.0 {
+                break;
+            }
+        }
+        t
+    }
+}
+
+/// The least way to a point through the segment between two that are known, or from one.
+pub(crate) fn through<const D: usize>(
+    to: &Vector<D>,
+    rate: f64,
+    from: [&Known<D>; 2],
+    slope: Slope,
+) -> Way<D> {
+    let [a, b] = from;
+    let edge = b.point - a.point;
+    let rise = b.cost - a.cost;
+    let slopes = [a, b].map(|end| end.gradient.map_or(rise, |g| g.dot(&edge)));
+    let segment = Segment {
+        to,
+        rate,
+        ends: from,
+        edge,
+        cubic: [
+            a.cost,
+            slopes[0],
+            3.0 * rise - 2.0 * slopes[0] - slopes[1],
+            slopes[0] + slopes[1] - 2.0 * rise,
+        ],
+        slope,
+    };
+    let share = if edge.norm_squared() == 0.0 {
+        0.0
+    } else {
+        segment.least()
+    };
+    let (cost, _, step) = segment.at(share);
+    let (length, direction) = slope.step(&step);
+    let start = a.rate + share * (b.rate - a.rate);
+    // The gradient changes along the way by that of the cost per length, known in the triangle.
+    let change = gradient_in_triangle(to - a.point, edge, rate - a.rate, b.rate - a.rate);
+    let gradient = direction * (0.5 * (start + rate)) + change * (0.5 * length);
+    let along = gradient.dot(&step);
+    let scale = if along > 0.0 {
+        rate * length / along
+    } else {
+        0.0
+    };
+    let gradient = if scale > 0.5 && scale < 2.0 {
+        gradient * scale
+    } else {
+        direction * rate
+    };
+    Way {
+        cost,
+        gradient,
+        step,
+        share,
+    }
+}
+
+/// The gradient of the linear function that changes by `du` and `dv` along u and v; 0 where these are parallel.
+fn gradient_in_triangle<const D: usize>(u: Vector<D>, v: Vector<D>, du: f64, dv: f64) -> Vector<D> {
+    let (uu, uv, vv) = (u.dot(&u), u.dot(&v), v.dot(&v));
+    let determinant = uu * vv - uv * uv;
+    if determinant <= 0.02 * uu * vv {
+        return Vector::zeros();
+    }
+    u * ((vv * du - uv * dv) / determinant) + v * ((uu * dv - uv * du) / determinant)
+}

@@ -1,0 +1,256 @@
+//! Rays of a source in any dimension, until every node of the graph within reach has a jet near it.
+//!
+//! Nodes that have none are aimed at by the Jacobi fields of the rays nearest to them, those farthest along
+//! first, as their rays come by others.
+
+use rayon::prelude::*;
+
+use crate::field::frame::ON_SURFACE;
+use crate::field::manifold::frame::{Frame, axis};
+use crate::field::manifold::jet::Jet;
+use crate::field::manifold::ray::{self, Knot};
+use crate::field::ray::Limits;
+use crate::surface::{Node, Surface};
+use crate::{Matrix, Vector};
+
+/// The first rays leave towards nodes within so many spacings of the source, this far apart in radians.
+const BEGIN: f64 = 3.0;
+const FIRST_APART: f64 = 0.35;
+/// A node is covered by a jet within so many spacings, and aimed at from one within so many.
+const COVERED: f64 = 0.9;
+const AIM: f64 = 2.2;
+/// It covers no more than this share of the way to where rays meet, but at least so many spacings.
+const MOST_DRAWN: f64 = 0.4;
+const LEAST_COVERED: f64 = 0.3;
+/// Rays are not aimed farther off than this, in radians.
+const WIDEST: f64 = 0.5;
+/// A jet that covers a node is not longer than others would be there by more than this, in spacings.
+const LONGER: f64 = 0.1;
+/// A jet is of no use where rays beside it meet it within a spacing over this.
+const FOCUSED: f64 = 1.0;
+/// How often a node is aimed at.
+const ATTEMPTS: u8 = 3;
+/// Nodes so many spacings apart are not aimed at at once.
+const BESIDE: f64 = 1.6;
+/// Most jets for each node that a source may reach.
+const MOST_JETS: usize = 24;
+
+/// A jet on a ray.
+#[derive(Clone, Debug)]
+pub(crate) struct Sample<const D: usize> {
+    /// The first tangent is the ray's.
+    pub frame: Frame<D>,
+    pub jet: Jet<D>,
+    /// The nearest node of the graph.
+    pub near: u32,
+    /// Estimated error of the distance by that of the surface.
+    pub surface_error: f64,
+    /// From offsets to the side to angles at the source, and the ray's frame there.
+    inverse: Matrix<D>,
+    start: Matrix<D>,
+}
+
+impl<const D: usize> Sample<D> {
+    /// The distance at a point nearby to second order.
+    fn estimate(&self, x: &Vector<D>) -> f64 {
+        let v = self.frame.coordinates(&(x - self.frame.point));
+        self.jet.distance + v[0] + 0.5 * v.dot(&(self.jet.shape * v))
+    }
+
+    /// The direction at the source of the ray through a point nearby.
+    fn aimed(&self, x: &Vector<D>) -> Option<Vector<D>> {
+        let mut v = self.frame.log(x, ON_SURFACE);
+        v[0] = 0.0;
+        let turn = self.inverse * v;
+        let ahead = self.start.column(0);
+        let aimed = ahead + self.start * turn;
+        (turn.norm() <= WIDEST)
+            .then(|| aimed.try_normalize(0.0))
+            .flatten()
+    }
+}
+
+/// A source with its frame and the nearest node of the graph.
+pub(crate) struct Origin<'a, const D: usize, P> {
+    pub node: &'a Node<D, P>,
+    pub frame: &'a Frame<D>,
+    pub near: u32,
+    pub start: f64,
+}
+
+/// The jets found so far, by the node they are nearest to.
+struct Cover<'a, const D: usize, S: Surface<D>> {
+    surface: &'a S,
+    origin: &'a Origin<'a, D, S::Place>,
+    limits: &'a Limits<'a, D, S::Place>,
+    samples: Vec<Sample<D>>,
+    by_node: Vec<Vec<u32>>,
+}
+
+/// The jets along rays of a source that cover the nodes in `wanted`.
+pub(crate) fn cover<const D: usize, S: Surface<D>>(
+    surface: &S,
+    origin: &Origin<D, S::Place>,
+    wanted: &[u32],
+    limits: &Limits<D, S::Place>,
+) -> Vec<Sample<D>> {
+    let nodes = limits.graph.nodes.len();
+    let mut cover = Cover {
+        surface,
+        origin,
+        limits,
+        samples: Vec::new(),
+        by_node: vec![Vec::new(); nodes],
+    };
+    cover.shoot(&cover.first_directions());
+    let mut attempts = vec![(0, u32::MAX); nodes];
+    let mut open = wanted.to_vec();
+    let mut looked_at_all = true;
+    while cover.samples.len() <= MOST_JETS * wanted.len() {
+        let aims: Vec<(u32, Option<u32>)> = open
+            .par_iter()
+            .filter_map(|node| Some((*node, cover.aim(*node)?)))
+            .collect();
+        let targets = cover.farthest(&aims, &attempts);
+        if targets.is_empty() {
+            if looked_at_all {
+                break;
+            }
+            // A way found since may be shorter than the one that covers a node.
+            (open, looked_at_all) = (wanted.to_vec(), true);
+            continue;
+        }
+        open = aims.iter().map(|aim| aim.0).collect();
+        looked_at_all = false;
+        let mut directions = Vec::new();
+        for (node, from) in targets {
+            let (times, last) = &mut attempts[node as usize];
+            (*times, *last) = (*times + 1, from);
+            let x = &limits.graph.nodes[node as usize].point;
+            directions.extend(cover.samples[from as usize].aimed(x));
+        }
+        cover.shoot(&directions);
+    }
+    cover.samples
+}
+
+impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
+    fn first_directions(&self) -> Vec<Vector<D>> {
+        let (origin, graph) = (self.origin, self.limits.graph);
+        let mut directions: Vec<Vector<D>> = Vec::new();
+        let reach = BEGIN * self.limits.spacing[origin.near as usize];
+        for edge in graph.edges(origin.near) {
+            let x = &graph.nodes[edge.to as usize].point;
+            let v = origin.frame.log(x, ON_SURFACE);
+            let Some(direction) = v.try_normalize(0.0).filter(|_| v.norm() <= reach) else {
+                continue;
+            };
+            let apart = |other: &Vector<D>| other.dot(&direction) <= FIRST_APART.cos();
+            if directions.iter().all(apart) {
+                directions.push(direction);
+            }
+        }
+        directions
+    }
+
+    fn shoot(&mut self, directions: &[Vector<D>]) {
+        let this = &*self;
+        let found: Vec<Vec<Sample<D>>> = directions
+            .par_iter()
+            .map(|direction| {
+                let origin = this.origin;
+                let first = Knot::first(origin.frame, direction, origin.node.place, origin.near);
+                let start = first.frame.tangents;
+                let start = origin.frame.tangents.tr_mul(&start);
+                let knots = ray::shoot(this.surface, first, this.limits);
+                this.samples_of(&knots, start)
+            })
+            .collect();
+        for sample in found.into_iter().flatten() {
+            self.by_node[sample.near as usize].push(self.samples.len() as u32);
+            self.samples.push(sample);
+        }
+    }
+
+    fn samples_of(&self, knots: &[Knot<D, S::Place>], start: Matrix<D>) -> Vec<Sample<D>> {
+        let jets = knots.iter().map_while(|knot| {
+            if knot.length == 0.0 {
+                return Some(None);
+            }
+            let inverse = knot.jacobi[0].try_inverse()?;
+            let shape = knot.jacobi[1] * inverse;
+            let jet = Jet {
+                distance: self.origin.start + knot.length,
+                gradient: axis(0),
+                shape: (shape + shape.transpose()) * 0.5,
+            };
+            let spacing = self.limits.spacing[knot.near as usize];
+            jet.spreads_faster(-FOCUSED / spacing)
+                .then_some(Some((knot, jet, inverse)))
+        });
+        let samples = jets.flatten().map(|(knot, jet, inverse)| Sample {
+            frame: knot.frame.clone(),
+            jet,
+            near: knot.near,
+            surface_error: knot.heights.length_error(),
+            inverse,
+            start,
+        });
+        samples.collect()
+    }
+
+    /// The jet from which a node that none covers is to be aimed at, if any; `None` for those covered.
+    fn aim(&self, node: u32) -> Option<Option<u32>> {
+        let (graph, spacing) = (self.limits.graph, self.limits.spacing[node as usize]);
+        let x = &graph.nodes[node as usize].point;
+        let around = std::iter::once(node).chain(graph.edges(node).iter().map(|edge| edge.to));
+        let near: Vec<(f64, f64, u32)> = around
+            .flat_map(|n| &self.by_node[n as usize])
+            .filter_map(|index| {
+                let sample = &self.samples[*index as usize];
+                let off = (sample.frame.point - x).norm();
+                (off <= AIM * spacing).then(|| (off, sample.estimate(x), *index))
+            })
+            .collect();
+        let least = near.iter().map(|n| n.1).fold(f64::INFINITY, f64::min);
+        let short = near
+            .iter()
+            .filter(|n| n.1 <= least + LONGER * spacing)
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        let covers = |off: f64, index: u32| {
+            let jet = &self.samples[index as usize].jet;
+            let fully = off <= COVERED * spacing && jet.spreads_faster(-MOST_DRAWN / off);
+            fully || off <= LEAST_COVERED * spacing
+        };
+        match short {
+            Some((off, _, index)) if covers(*off, *index) => None,
+            short => Some(short.map(|s| s.2)),
+        }
+    }
+
+    /// Of the nodes that can be aimed at, from another jet than last time, those with none farther along beside
+    /// them.
+    fn farthest(&self, aims: &[(u32, Option<u32>)], attempts: &[(u8, u32)]) -> Vec<(u32, u32)> {
+        let mut rank = vec![f64::NEG_INFINITY; self.by_node.len()];
+        let possible = || {
+            aims.iter().filter_map(|(node, from)| {
+                let (times, last) = attempts[*node as usize];
+                let from = from.filter(|from| times < ATTEMPTS && *from != last)?;
+                Some((*node, from))
+            })
+        };
+        for (node, _) in possible() {
+            rank[node as usize] = (self.limits.bound)(node);
+        }
+        let first = |node: u32| {
+            let reach = BESIDE * self.limits.spacing[node as usize];
+            let edges = self.limits.graph.edges(node).iter();
+            let mut close = edges.filter(|edge| f64::from(edge.length) <= reach);
+            close.all(|edge| {
+                let (own, other) = (rank[node as usize], rank[edge.to as usize]);
+                (other, edge.to) < (own, node)
+            })
+        };
+        possible().filter(|(node, _)| first(*node)).collect()
+    }
+}

@@ -1,0 +1,205 @@
+//! A tangent frame with the second fundamental form in any dimension, and straight steps seen from it.
+//!
+//! Tangent coordinates and matrices on them are padded to D with zeros.
+
+use crate::surface::Geometry;
+use crate::{Matrix, Vector};
+
+/// A point of a surface, its tangent space, and how the surface bends there.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame<const D: usize> {
+    pub point: Vector<D>,
+    /// The first k columns are orthonormal, the others zero.
+    pub tangents: Matrix<D>,
+    /// II(e_i, e_j) for i <= j, row by row.
+    second: Vec<Vector<D>>,
+    dimension: usize,
+}
+
+/// The coordinates of a tangent.
+pub(crate) fn axis<const D: usize>(tangent: usize) -> Vector<D> {
+    let mut axis = Vector::zeros();
+    axis[tangent] = 1.0;
+    axis
+}
+
+impl<const D: usize> Frame<D> {
+    /// From the geometry at a point of the surface.
+    pub fn new(point: Vector<D>, geometry: &Geometry<D>) -> Self {
+        let mut tangents = Matrix::<D>::zeros();
+        for j in 0..geometry.intrinsic_dimension() {
+            tangents.set_column(j, &geometry.tangent(j));
+        }
+        Self::of_tangents(point, tangents, geometry)
+    }
+
+    /// With tangents given, which are nearly orthonormal and tangential.
+    pub fn of_tangents(point: Vector<D>, tangents: Matrix<D>, geometry: &Geometry<D>) -> Self {
+        let mut frame = Self {
+            point,
+            tangents,
+            second: Vec::new(),
+            dimension: geometry.intrinsic_dimension(),
+        };
+        frame.bend_as(geometry);
+        frame
+    }
+
+    /// The second fundamental form of the tangents, by polarisation.
+    pub fn bend_as(&mut self, geometry: &Geometry<D>) {
+        let k = self.dimension;
+        let squares: [Vector<D>; D] = std::array::from_fn(|i| {
+            if i < k {
+                geometry.bend(&self.tangents.column(i).into_owned())
+            } else {
+                Vector::zeros()
+            }
+        });
+        self.second.clear();
+        for i in 0..k {
+            self.second.push(squares[i]);
+            for j in i + 1..k {
+                let both = geometry.bend(&(self.tangents.column(i) + self.tangents.column(j)));
+                self.second.push((both - squares[i] - squares[j]) * 0.5);
+            }
+        }
+    }
+
+    /// The frame with tangents of which the first is given, a unit vector in the coordinates of this one.
+    pub fn turned(&self, first: &Vector<D>) -> Self {
+        let mut turn = Matrix::<D>::zeros();
+        turn.set_column(0, first);
+        // The axis nearest to the first tangent may be one too many.
+        let others = (0..self.dimension).filter(|i| *i != first.iamax());
+        for (count, other) in (1..).zip(others) {
+            let mut next: Vector<D> = axis(other);
+            for j in 0..count {
+                let known = turn.column(j).into_owned();
+                next -= known * known.dot(&next);
+            }
+            turn.set_column(count, &next.normalize());
+        }
+        let mut turned = Self {
+            tangents: self.tangents * turn,
+            ..self.clone()
+        };
+        turned.second.clear();
+        for i in 0..self.dimension {
+            let bends = self.bends(&turn.column(i).into_owned());
+            for j in i..self.dimension {
+                turned.second.push(bends * turn.column(j));
+            }
+        }
+        turned
+    }
+
+    /// Puts a frame, found with this geometry near the surface, onto it, which must not be farther, and makes
+    /// its tangents orthonormal, the first of which keeps its direction.
+    pub fn settle(&mut self, geometry: &Geometry<D>, farthest: f64) -> Option<()> {
+        let off = geometry.pseudo_inverse(&geometry.values);
+        if off.norm() > farthest || !off.norm().is_finite() {
+            return None;
+        }
+        self.point -= off;
+        for j in 0..self.dimension {
+            let mut tangent = geometry.project(&self.tangents.column(j).into_owned());
+            for i in 0..j {
+                let known = self.tangents.column(i).into_owned();
+                tangent -= known * known.dot(&tangent);
+            }
+            self.tangents.set_column(j, &tangent.try_normalize(1e-6)?);
+        }
+        self.bend_as(geometry);
+        Some(())
+    }
+
+    /// The intrinsic dimension k.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// A bound of the normal curvatures: the Frobenius norm of the second fundamental form.
+    pub fn curvature(&self) -> f64 {
+        let mut squares = 0.0;
+        let mut forms = self.second.iter();
+        for i in 0..self.dimension {
+            for (j, form) in (i..self.dimension).zip(&mut forms) {
+                squares += form.norm_squared() * if i == j { 1.0 } else { 2.0 };
+            }
+        }
+        squares.sqrt()
+    }
+
+    /// Tangent coordinates of a vector.
+    pub fn coordinates(&self, v: &Vector<D>) -> Vector<D> {
+        self.tangents.tr_mul(v)
+    }
+
+    /// The vector of tangent coordinates.
+    pub fn vector(&self, v: &Vector<D>) -> Vector<D> {
+        self.tangents * v
+    }
+
+    /// The columns II(v, e_i).
+    pub fn bends(&self, v: &Vector<D>) -> Matrix<D> {
+        let mut bends = Matrix::<D>::zeros();
+        let mut forms = self.second.iter();
+        for i in 0..self.dimension {
+            for (j, form) in (i..self.dimension).zip(&mut forms) {
+                bends.column_mut(i).axpy(v[j], form, 1.0);
+                if j > i {
+                    bends.column_mut(j).axpy(v[i], form, 1.0);
+                }
+            }
+        }
+        bends
+    }
+
+    /// The symmetric matrix R with u' R w = <R(u, g) g, w> by the equation of Gauss,
+    /// <II(u, w), II(g, g)> - <II(u, g), II(w, g)>: how the curvature draws together what runs along the
+    /// unit vector g.
+    pub fn tidal(&self, g: &Vector<D>) -> Matrix<D> {
+        let bends = self.bends(g);
+        let normal = bends * g;
+        let mut tidal = -bends.tr_mul(&bends);
+        let mut forms = self.second.iter();
+        for i in 0..self.dimension {
+            for (j, form) in (i..self.dimension).zip(&mut forms) {
+                let both = form.dot(&normal);
+                tidal[(i, j)] += both;
+                if j > i {
+                    tidal[(j, i)] += both;
+                }
+            }
+        }
+        tidal
+    }
+
+    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates:
+    /// v = w + <II(w, w) / 6 + share z, II(w, .)>, w the tangential part of the chord and z the height
+    /// over the quadric. The length's error is of fifth order in a step along a plane curve.
+    pub fn log(&self, x: &Vector<D>, share: f64) -> Vector<D> {
+        let chord = x - self.point;
+        let w = self.coordinates(&chord);
+        let bends = self.bends(&w);
+        let bend = bends * w;
+        let height = chord - self.vector(&w) - bend * 0.5;
+        w + bends.tr_mul(&(bend / 6.0 + height * share))
+    }
+
+    /// Tangent coordinates there of a vector here, carried along the geodesic whose initial velocity is `v`;
+    /// errors are of third order in `v`.
+    pub fn transported(&self, to: &Self, v: &Vector<D>, vector: &Vector<D>) -> Vector<D> {
+        let bends = self.bends(v);
+        let kept = vector + bends.tr_mul(&(bends * vector)) * 0.5;
+        to.coordinates(&self.vector(&kept))
+    }
+
+    /// As [`transported`](Self::transported) for a matrix M, T M T' with the transport T.
+    pub fn transported_matrix(&self, to: &Self, v: &Vector<D>, matrix: &Matrix<D>) -> Matrix<D> {
+        let bends = self.bends(v);
+        let kept = Matrix::identity() + bends.tr_mul(&bends) * 0.5;
+        let transport = to.tangents.tr_mul(&(self.tangents * kept));
+        transport * matrix * transport.transpose()
+    }
+}

@@ -1,0 +1,223 @@
+//! Fields on surfaces of any dimension: rays with all their Jacobi fields, aimed at the nodes of the graph.
+
+mod branches;
+mod cover;
+pub(crate) mod frame;
+pub(crate) mod jet;
+mod ray;
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::error::Error;
+use crate::field::evaluate::{FOCUSED, Value};
+use crate::field::frame::ON_SURFACE;
+use crate::field::ray::Limits;
+use crate::field::{BESIDE, Fields, Settings, Source, by_node};
+use crate::guess::Guide;
+use crate::surface::{Geometry, Node};
+use branches::Branch;
+use cover::{Origin, Sample};
+use frame::Frame;
+use jet::bent;
+
+/// The distances from sources at the nodes of the graph.
+#[derive(Clone, Debug)]
+pub(crate) struct Found<const D: usize> {
+    /// At each node of the graph, least distance first.
+    pub branches: Vec<Vec<Branch<D>>>,
+    sources: Vec<(Frame<D>, f64)>,
+    max_distance: f64,
+}
+
+/// The frame at a node.
+pub(crate) fn frame<const D: usize, S: Guide<D>>(
+    surface: &S,
+    node: &Node<D, S::Place>,
+    geometry: &mut Geometry<D>,
+) -> Option<Frame<D>> {
+    let known = surface.cheap_geometry(&node.point, node.place, geometry);
+    known.then(|| Frame::new(node.point, geometry))
+}
+
+/// The distances at the nodes of the graph, whose frames are given.
+pub(crate) fn find<const D: usize, S: Guide<D>>(
+    fields: &Fields<D, S>,
+    frames: &[Option<Frame<D>>],
+    sources: &[Source<D, S::Place>],
+    settings: &Settings,
+) -> Result<Found<D>, Error> {
+    let (surface, graph) = (fields.geodesics.surface(), fields.geodesics.graph());
+    let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
+    let source_frames: Vec<(Frame<D>, f64)> = sources
+        .iter()
+        .map(|source| {
+            let found = frame(surface, &source.node, &mut geometry);
+            let found = found.map(|frame| (frame, source.start));
+            found.ok_or_else(|| Error::NoFoot {
+                point: format!("{:?}", source.node.point.as_slice()),
+                reason: "a source has no tangent space there",
+            })
+        })
+        .collect::<Result<_, _>>()?;
+    let entrances: Vec<Vec<(u32, f32)>> = sources
+        .iter()
+        .map(|source| fields.geodesics.entrances(&source.node))
+        .collect();
+    let bound = fields.bounds(sources, &entrances, settings.max_distance);
+    let mut wanted: Vec<u32> = bound.reached().to_vec();
+    wanted.retain(|node| frames[*node as usize].is_some());
+    wanted.sort_unstable();
+    let tolerance = fields.tolerance(settings);
+    let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
+    let mut near = vec![u32::MAX; sources.len()];
+    for (i, source) in sources.iter().enumerate() {
+        let nearest = entrances[i].iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((nearest, _)) = nearest else {
+            continue;
+        };
+        near[i] = *nearest;
+        let limits = Limits {
+            graph,
+            spacing: &fields.spacing,
+            bound: &|node: u32| f64::from(bound.distance(node)) - source.start,
+            longest: settings.max_distance - source.start,
+            detail: surface.detail(),
+            tolerance,
+        };
+        let origin = Origin {
+            node: &source.node,
+            frame: &source_frames[i].0,
+            near: *nearest,
+            start: source.start,
+        };
+        let jets = cover::cover(surface, &origin, &wanted, &limits);
+        samples.extend(jets.into_iter().map(|sample| (sample, i as u32)));
+    }
+    let sources_by_node = by_node(near.iter().copied(), graph.nodes.len());
+    let samples_by_node = by_node(
+        samples.iter().map(|sample| sample.0.near),
+        graph.nodes.len(),
+    );
+    let mut lists: Vec<Vec<Branch<D>>> = frames
+        .par_iter()
+        .zip(0..frames.len() as u32)
+        .map(|(frame, node)| {
+            let reached = bound.distance(node).is_finite();
+            let Some(frame) = frame.as_ref().filter(|_| reached) else {
+                return Vec::new();
+            };
+            let spacing = fields.spacing[node as usize];
+            let edges = graph.edges(node).iter();
+            let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
+            let around: Vec<u32> = std::iter::once(node)
+                .chain(close.map(|edge| edge.to))
+                .collect();
+            let jets = around.iter().flat_map(|n| samples_by_node.of(*n));
+            let jets = jets.map(|i| (&samples[*i as usize].0, samples[*i as usize].1));
+            let beside = around.iter().flat_map(|n| sources_by_node.of(*n));
+            let beside = beside.map(|i| {
+                let (frame, start) = &source_frames[*i as usize];
+                (frame, *start, *i)
+            });
+            let mut found = branches::branches(frame, spacing, jets, beside);
+            for branch in &mut found {
+                let (source, start) = &source_frames[branch.source as usize];
+                let chord = (source.point - frame.point).norm();
+                let short = start + chord - branch.jet.distance;
+                if short > 0.0 {
+                    branch.jet.distance += short;
+                    branch.error += short;
+                }
+            }
+            found
+        })
+        .collect();
+    let errors: Vec<f64> = (0..lists.len() as u32)
+        .into_par_iter()
+        .map(|node| disagreement(fields, frames, &lists, node))
+        .collect();
+    for (list, disagreement) in lists.iter_mut().zip(errors) {
+        for branch in list {
+            branch.error += disagreement + tolerance * branch.jet.distance.abs();
+        }
+    }
+    Ok(Found {
+        branches: lists,
+        sources: source_frames,
+        max_distance: settings.max_distance,
+    })
+}
+
+/// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
+/// wrong by in between.
+fn disagreement<const D: usize, S: Guide<D>>(
+    fields: &Fields<D, S>,
+    frames: &[Option<Frame<D>>],
+    lists: &[Vec<Branch<D>>],
+    node: u32,
+) -> f64 {
+    let Some(frame) = &frames[node as usize] else {
+        return 0.0;
+    };
+    let nearest = fields.adjacent(node).filter_map(|edge| {
+        let there = lists[edge.to as usize].first()?.jet.distance;
+        let v = frame.log(&frames[edge.to as usize].as_ref()?.point, ON_SURFACE);
+        let found = lists[node as usize].iter().map(|branch| {
+            let carried = branch.jet.distance_at(frame, &v);
+            carried.unwrap_or(branch.jet.distance + v.norm())
+        });
+        Some((found.fold(f64::INFINITY, f64::min) - there).abs())
+    });
+    nearest
+        .filter(|error| error.is_finite())
+        .fold(0.0, f64::max)
+}
+
+impl<const D: usize> Found<D> {
+    /// The value at a point whose nearest node, with its frame, is given.
+    pub fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Value<D> {
+        let mut value = Value::unreached();
+        let v = frame.log(x, share);
+        for branch in &self.branches[node as usize] {
+            let (source, start) = &self.sources[branch.source as usize];
+            if branch.at_source {
+                let v = source.log(x, share);
+                let distance = start + v.norm();
+                if distance < value.distance {
+                    value = Value {
+                        distance,
+                        error: branch.error,
+                        source: branch.source,
+                        direction: bent(source, &v, &v),
+                    };
+                }
+                continue;
+            }
+            let carried = branch.jet.distance_at(frame, &v);
+            // No branch is longer than along the step, or shorter than straight through space.
+            let bound = branch.jet.distance + v.norm();
+            let least = start + (source.point - x).norm();
+            let free = carried.map_or(bound, |carried| carried.min(bound));
+            let distance = free.max(least);
+            if distance < value.distance {
+                value = Value {
+                    distance,
+                    error: branch.error + (distance - free) + carried.map_or(v.norm(), |_| 0.0),
+                    source: branch.source,
+                    direction: branch.jet.direction_at(frame, &v),
+                };
+            }
+        }
+        if value.distance > self.max_distance {
+            return Value::unreached();
+        }
+        value
+    }
+
+    /// Rays draw together so much at a node that its neighbours may know better.
+    pub fn is_focused(&self, node: u32, spacing: f64) -> bool {
+        let mut branches = self.branches[node as usize].iter();
+        branches.any(|branch| !branch.jet.spreads_faster(-FOCUSED / spacing))
+    }
+}

@@ -1,0 +1,204 @@
+//! One geodesic from a source in any dimension, with its Jacobi fields: how rays beside it spread.
+//!
+//! x'' = II(x', x'), a frame carried along it, E' = II(E, x'), and in that frame A'' = -R A, by the embedded
+//! pair of [`field::ray`](crate::field::ray).
+
+use crate::correction::length::HeightErrors;
+use crate::field::manifold::frame::{Frame, axis};
+use crate::field::ray::{
+    AT, DIFFERENCE, FARTHEST_OFF, LONGER, Limits, MOST_STEPS, OFF, OVER_RIM, SHORTEST, SIDEWAYS,
+    nearest,
+};
+use crate::surface::{Geometry, Surface};
+use crate::{Matrix, Vector};
+
+/// A place on a ray.
+#[derive(Clone, Debug)]
+pub(crate) struct Knot<const D: usize, P> {
+    /// From the source.
+    pub length: f64,
+    /// The first tangent is the ray's, the others have been carried along it.
+    pub frame: Frame<D>,
+    /// A and A' in this frame: the column i says how far rays that leave the source towards tangent i go
+    /// apart. 0 and the identity at the source; 1 and 0 along the ray.
+    pub jacobi: [Matrix<D>; 2],
+    pub place: P,
+    /// The nearest node of the graph.
+    pub near: u32,
+    /// What errors of the surface's height do to the length.
+    pub heights: HeightErrors,
+}
+
+/// Jets along a ray are at most this many spacings of the graph's nodes apart.
+const ALONG: f64 = 1.0;
+
+#[derive(Clone, Copy)]
+struct State<const D: usize> {
+    x: Vector<D>,
+    tangents: Matrix<D>,
+    jacobi: [Matrix<D>; 2],
+}
+
+impl<const D: usize> State<D> {
+    fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
+        let mut moved = *self;
+        for (slope, weight) in slopes.iter().zip(weights) {
+            let share = step * weight;
+            moved.x += slope.x * share;
+            moved.tangents += slope.tangents * share;
+            moved.jacobi[0] += slope.jacobi[0] * share;
+            moved.jacobi[1] += slope.jacobi[1] * share;
+        }
+        moved
+    }
+
+    /// The derivative by length, with the frame of this state.
+    fn slope(&self, frame: &Frame<D>) -> Self {
+        let first = axis(0);
+        Self {
+            x: self.tangents.column(0).into_owned(),
+            tangents: frame.bends(&first),
+            jacobi: [self.jacobi[1], -frame.tidal(&first) * self.jacobi[0]],
+        }
+    }
+}
+
+impl<const D: usize, P: Copy> Knot<D, P> {
+    /// At the source, along a direction given in the coordinates of its frame.
+    pub fn first(source: &Frame<D>, direction: &Vector<D>, place: P, near: u32) -> Self {
+        let (mut spread, mut slope) = (Matrix::identity(), Matrix::zeros());
+        for i in 1..source.dimension() {
+            spread[(i, i)] = 0.0;
+            slope[(i, i)] = 1.0;
+        }
+        Self {
+            length: 0.0,
+            frame: source.turned(direction),
+            jacobi: [spread, slope],
+            place,
+            near,
+            heights: HeightErrors::default(),
+        }
+    }
+}
+
+/// The geodesic from a knot on, which ends beyond the limits, before rays beside it meet it, or where the
+/// surface ends.
+pub(crate) fn shoot<const D: usize, S: Surface<D>>(
+    surface: &S,
+    start: Knot<D, S::Place>,
+    limits: &Limits<D, S::Place>,
+) -> Vec<Knot<D, S::Place>> {
+    let mut geometry = Geometry::new(D - start.frame.dimension());
+    let longest = |near: u32| {
+        let along = ALONG * limits.spacing[near as usize];
+        limits.longest_step(near).min(along)
+    };
+    let mut step = 0.5 * longest(start.near);
+    let mut knots = vec![start];
+    for _ in 0..MOST_STEPS {
+        let Some(knot) = knots.last() else { break };
+        let longest = longest(knot.near);
+        step = step.min(longest);
+        let Some((mut next, error)) =
+            advance(surface, knot, step, FARTHEST_OFF * longest, &mut geometry)
+        else {
+            step *= 0.5;
+            if step < SHORTEST * longest {
+                break;
+            }
+            continue;
+        };
+        let excess =
+            error / (limits.tolerance_at(knot.near, surface.height_error(knot.place)) * step);
+        let change = 0.9 * excess.max(1e-4).powf(-0.25);
+        if excess > 1.0 && step > SHORTEST * longest {
+            step *= change.max(0.2);
+            continue;
+        }
+        let rim = surface.beyond_rim(&next.frame.point, next.place);
+        if rim.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
+            step *= 0.5;
+            if step < OVER_RIM * longest {
+                break;
+            }
+            continue;
+        }
+        if knot.length > 0.0 && meets(&knot.jacobi[0], &next.jacobi[0]) {
+            break;
+        }
+        next.near = nearest(limits.graph, &next.frame.point, next.near);
+        let beyond = limits.beyond(next.length, &next.frame.point, next.near);
+        knots.push(next);
+        if beyond {
+            break;
+        }
+        step *= change.min(3.0);
+    }
+    knots
+}
+
+/// Whether rays beside meet the ray on a step: what takes one A to the next is then no longer near the
+/// identity.
+fn meets<const D: usize>(before: &Matrix<D>, after: &Matrix<D>) -> bool {
+    let Some(inverse) = before.try_inverse() else {
+        return true;
+    };
+    let passed = after * inverse;
+    (passed + passed.transpose()).cholesky().is_none()
+}
+
+/// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.
+fn advance<const D: usize, S: Surface<D>>(
+    surface: &S,
+    from: &Knot<D, S::Place>,
+    step: f64,
+    farthest: f64,
+    geometry: &mut Geometry<D>,
+) -> Option<(Knot<D, S::Place>, f64)> {
+    let start = State {
+        x: from.frame.point,
+        tangents: from.frame.tangents,
+        jacobi: from.jacobi,
+    };
+    let mut slopes = [start; 7];
+    slopes[0] = start.slope(&from.frame);
+    let mut place = from.place;
+    let mut frame = from.frame.clone();
+    for (i, weights) in AT.iter().enumerate() {
+        let stage = start.moved(step, &slopes[..=i], weights);
+        let known = surface.find_place(&stage.x, &mut place, geometry)
+            && surface.cheap_geometry(&stage.x, place, geometry);
+        if !known {
+            return None;
+        }
+        frame.point = stage.x;
+        frame.tangents = stage.tangents;
+        frame.bend_as(geometry);
+        slopes[i + 1] = stage.slope(&frame);
+    }
+    let stage = start.moved(step, &slopes[..6], AT[5]);
+    let error = start.moved(step, &slopes, &DIFFERENCE);
+    let off_by = error.x - start.x;
+    let ahead = start.tangents.column(0);
+    let spread = (error.jacobi[0] - start.jacobi[0]).amax();
+    let error = off_by.dot(&ahead).abs() + (SIDEWAYS + OFF) * off_by.norm() + SIDEWAYS * spread;
+    frame.settle(geometry, farthest)?;
+    let chord = (frame.point - start.x).norm();
+    if !(error.is_finite() && chord <= LONGER * step.hypot(farthest)) {
+        return None;
+    }
+    let mut heights = from.heights;
+    let bend = frame.bends(&axis(0)).column(0).norm();
+    let height_error = surface.height_error(place);
+    heights.add(step, bend, height_error, surface.resolution(place));
+    let knot = Knot {
+        length: from.length + step,
+        frame,
+        jacobi: stage.jacobi,
+        place,
+        near: from.near,
+        heights,
+    };
+    Some((knot, error))
+}
