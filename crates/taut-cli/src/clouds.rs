@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
+use taut::field::Fields;
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut::surface::mls::MovingLeastSquares;
@@ -200,6 +201,10 @@ impl<const D: usize> Locate<D> for Atlas<D> {
         } else {
             Samples::of_charts(self)
         }
+    }
+
+    fn fields(geodesics: &Geodesics<D, Self>) -> Result<Fields<'_, D, Self>, Error> {
+        Fields::of_cloud(geodesics)
     }
 }
 

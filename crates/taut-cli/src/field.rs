@@ -140,7 +140,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             error,
         };
         self.progress.step("distances");
-        let fields = Fields::new(self.geodesics).map_err(refused)?;
+        let fields = S::fields(self.geodesics).map_err(refused)?;
         let field = fields
             .from(&sources, &self.settings.field)
             .map_err(refused)?;

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::correction;
 use taut::error::Error;
+use taut::field::Fields;
 use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
@@ -51,6 +52,14 @@ pub trait Locate<const D: usize>: Guide<D> {
 
     /// Points of the surface for a picture.
     fn samples(&self) -> Samples<D>;
+
+    /// Makes the surface ready for fields of distances.
+    fn fields(geodesics: &Geodesics<D, Self>) -> Result<Fields<'_, D, Self>, Error>
+    where
+        Self: Sized,
+    {
+        Ok(Fields::new(geodesics))
+    }
 }
 
 /// Points of a surface, relative to its centre.

@@ -30,7 +30,7 @@ fn field(
             start: *start,
         })
         .collect();
-    let fields = Fields::new(geodesics).expect("a surface of dimension 2");
+    let fields = Fields::of_cloud(geodesics).expect("fields");
     let field = fields.from(&sources, settings).expect("a field");
     let values = fields.at_points(&field);
     (field, values)
@@ -216,7 +216,7 @@ fn equations_have_fields_too() {
     let bounds = Some((-corner, corner));
     let geodesics = Geodesics::of_implicit(sphere, &[pole], bounds).expect("a sampling");
     let node = |x: &Vector<3>| geodesics.surface().node_near(x).expect("a foot").0;
-    let fields = Fields::new(&geodesics).expect("a surface of dimension 2");
+    let fields = Fields::new(&geodesics);
     let source = Source {
         node: node(&pole),
         start: 0.0,

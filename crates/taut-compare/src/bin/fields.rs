@@ -260,7 +260,7 @@ fn measure<const D: usize>(
     let geodesics = Geodesics::of_atlas(Atlas::new(cloud, case.dimension)?);
     let atlas_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let fields = Fields::new(&geodesics);
+    let fields = Fields::of_cloud(&geodesics).expect("fields");
     let shared_seconds = start.elapsed().as_secs_f64();
     let settings = Settings {
         tolerance,

@@ -18,7 +18,7 @@
 //!     })
 //!     .collect();
 //! let geodesics = Geodesics::of_atlas(Atlas::new(Cloud::<3>::new(&rows, 3)?, 2)?);
-//! let fields = Fields::new(&geodesics)?;
+//! let fields = Fields::of_cloud(&geodesics)?;
 //! let node = geodesics.surface().node_near(&Vector::<3>::new(0.0, 0.0, 1.0))?;
 //! let field = fields.from(&[Source { node, start: 0.0 }], &Settings::default())?;
 //! let values = fields.at_points(&field);
@@ -50,7 +50,7 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Edge;
 use crate::surface::atlas::{Atlas, Lists};
-use crate::surface::{Geometry, Node};
+use crate::surface::{Geometry, Node, Surface};
 use branches::Branch;
 use fan::Sample;
 use frame::{Frame, ON_SURFACE};
@@ -133,6 +133,8 @@ impl<const D: usize> Field<D> {
 
 /// Rays on a noisy surface need not be more accurate.
 const NOISY_TOLERANCE: f64 = 1e-4;
+/// Median error of the surface's height, in spacings of the graph's nodes, above which rays scatter.
+const ROUGH: f64 = 1e-4;
 /// How much shorter, in spacings, a branch must be to be believed that rests on jets a spacing away: the
 /// surface's own error in spacings times this, and at most 1.
 const DOUBT: f64 = 30.0;
@@ -399,6 +401,30 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
 }
 
 impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
+    /// Fields on a cloud, by what suits it: rays where its surface is smooth, and where it is rough, so that rays
+    /// scatter, a march over its points, as with a cost of 1.
+    ///
+    /// # Errors
+    /// As [`with_cost`](Self::with_cost).
+    ///
+    /// O(n) in the points of the cloud, in parallel.
+    pub fn of_cloud(geodesics: &'a Geodesics<D, Atlas<D>>) -> Result<Self, Error> {
+        let fields = Self::new(geodesics);
+        let atlas = geodesics.surface();
+        if atlas.intrinsic_dimension() != 2 || !atlas.has_points() {
+            return Ok(fields);
+        }
+        let errors = (0..).zip(&fields.spacing);
+        let mut errors: Vec<f64> = errors
+            .map(|(chart, spacing)| atlas.height_error(chart) / spacing)
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        match errors.get(errors.len() / 2) {
+            Some(median) if *median > ROUGH => Self::with_cost(geodesics, &Cost::default()),
+            _ => Ok(fields),
+        }
+    }
+
     /// Fields of least cost: distances are integrals of the cost per length, directions those of travel. Tolerances
     /// mean nothing to them.
     ///

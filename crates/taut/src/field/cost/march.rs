@@ -148,7 +148,7 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
                 cost: origin.start,
                 gradient: None,
             };
-            let way = through(x, there, [&source_itself; 2], net.slope);
+            let way = through(&net.target(*point), [&source_itself; 2]);
             let label = &mut labels[*point as usize];
             if way.cost < label.cost {
                 *label = Label {
@@ -223,7 +223,7 @@ fn in_order<const D: usize>(
         }
         for (user, place) in users.of(point) {
             let ring = net.inner.of(*user);
-            let (i, x) = (*place as usize, net.points[*user as usize]);
+            let i = *place as usize;
             let before = &ring[(i + ring.len() - 1) % ring.len()];
             let after = &ring[(i + 1) % ring.len()];
             let sides = [(before, before.joined), (after, ring[i].joined)];
@@ -237,20 +237,13 @@ fn in_order<const D: usize>(
                     net,
                     &mut labels,
                     &mut heap,
-                    (*user, &x),
+                    *user,
                     [point, other.to],
                     longest,
                 );
             }
             if alone {
-                improve(
-                    net,
-                    &mut labels,
-                    &mut heap,
-                    (*user, &x),
-                    [point; 2],
-                    longest,
-                );
+                improve(net, &mut labels, &mut heap, *user, [point; 2], longest);
             }
         }
     }
@@ -261,7 +254,7 @@ fn improve<const D: usize>(
     net: &Net<D>,
     labels: &mut [Label<D>],
     heap: &mut BinaryHeap<Waiting>,
-    (point, x): (u32, &Vector<D>),
+    point: u32,
     ends: [u32; 2],
     longest: f64,
 ) {
@@ -271,12 +264,7 @@ fn improve<const D: usize>(
         return;
     }
     let from = ends.map(|end| known(net, labels, end, false));
-    let way = through(
-        x,
-        net.costs[point as usize],
-        [&from[0], &from[1]],
-        net.slope,
-    );
+    let way = through(&net.target(point), [&from[0], &from[1]]);
     if way.cost < held * (1.0 - LEAST) && way.cost <= longest {
         labels[point as usize] = label(net, labels, &way, ends);
         heap.push(Waiting {
@@ -352,12 +340,11 @@ fn least<const D: usize>(
     first: &[Label<D>],
     point: u32,
 ) -> Option<Label<D>> {
-    let (x, rate) = (net.points[point as usize], net.costs[point as usize]);
     let nearer = |i: u32| first[i as usize].cost < first[point as usize].cost;
     let mut best: Option<(Way<D>, [u32; 2])> = None;
     let mut consider = |ends: [u32; 2]| {
         let from = ends.map(|end| known(net, labels, end, true));
-        let way = through(&x, rate, [&from[0], &from[1]], net.slope);
+        let way = through(&net.target(point), [&from[0], &from[1]]);
         if best.is_none_or(|b| way.cost < b.0.cost) {
             best = Some((way, ends));
         }

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use crate::Vector;
 use crate::error::Error;
+use crate::field::cost::update::Target;
 use crate::field::cost::{Cost, Slope};
+use crate::field::frame::Frame;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Surface};
 
@@ -56,6 +58,8 @@ impl Rings {
 #[derive(Clone, Debug)]
 pub(crate) struct Net<const D: usize> {
     pub points: Vec<Vector<D>>,
+    /// How the surface bends at the points; `None` where that is not known, and on curves.
+    frames: Vec<Option<Frame<D>>>,
     pub costs: Vec<f64>,
     pub slope: Slope,
     /// Rings of the nearest neighbours, and of those farther off.
@@ -83,18 +87,21 @@ impl<const D: usize> Net<D> {
         let by_chart = Lists::new(owned.iter().map(|list| list.iter().copied()));
         let around = (0..owned.len() as u32).map(|chart| atlas.beside(chart).iter().copied());
         let around = Lists::new(around);
-        let points = (0..costs.len())
+        let (points, frames) = (0..costs.len())
             .into_par_iter()
             .map_init(
                 || Geometry::new(D - dimension),
                 |geometry, i| {
                     let (x, mut place) = (atlas.cloud().points[i], atlas.owner(i));
-                    atlas.foot(&x, &mut place, geometry).unwrap_or(x)
+                    let x = atlas.foot(&x, &mut place, geometry).unwrap_or(x);
+                    let known = dimension == 2 && atlas.cheap_geometry(&x, place, geometry);
+                    (x, known.then(|| Frame::new(x, geometry)))
                 },
             )
-            .collect();
+            .unzip();
         let mut net = Self {
             points,
+            frames,
             costs,
             slope: cost.slope,
             inner: Rings::default(),
@@ -114,6 +121,17 @@ impl<const D: usize> Net<D> {
         let (inner, outer): (Vec<_>, Vec<_>) = found.into_iter().map(|f| (f.0, f.1)).unzip();
         (net.inner, net.outer) = (Rings::new(inner.into_iter()), Rings::new(outer.into_iter()));
         Ok(net)
+    }
+
+    /// A point as steps see it that lead there.
+    pub fn target(&self, point: u32) -> Target<'_, D> {
+        let i = point as usize;
+        Target {
+            point: &self.points[i],
+            rate: self.costs[i],
+            frame: self.frames[i].as_ref(),
+            slope: self.slope,
+        }
     }
 
     /// The points of the charts beside one, nearest to `x` first, at most `count`.

@@ -2,6 +2,7 @@
 
 use crate::Vector;
 use crate::field::cost::Slope;
+use crate::field::frame::Frame;
 
 /// What is known at a point: the cost per length there, the least cost and its gradient.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +12,35 @@ pub(crate) struct Known<const D: usize> {
     pub cost: f64,
     /// `None` where costs between points are to be linear.
     pub gradient: Option<Vector<D>>,
+}
+
+/// A point that steps lead to.
+#[derive(Clone, Copy)]
+pub(crate) struct Target<'a, const D: usize> {
+    pub point: &'a Vector<D>,
+    /// Cost per length.
+    pub rate: f64,
+    pub frame: Option<&'a Frame<D>>,
+    pub slope: Slope,
+}
+
+/// Arcs are longer than their chords by at most this share: where they bend more, chords say nothing of them.
+const MOST_BENT: f64 = 0.2;
+
+impl<const D: usize> Target<'_, D> {
+    /// The cost per rate of a step that ends here, and its gradient by the step: along the arc that bends as the
+    /// surface does here, 1 + (bend chord)^2 / 24 times as long as its chord.
+    fn step(&self, step: &Vector<D>) -> (f64, Vector<D>) {
+        let (length, gradient) = self.slope.step(step);
+        let squared = step.norm_squared();
+        let Some(frame) = self.frame.filter(|_| squared > 0.0) else {
+            return (length, gradient);
+        };
+        let along = frame.coordinates(step);
+        let bent = frame.bend(along, along).norm_squared() / (24.0 * squared);
+        let stretch = 1.0 + bent.min(MOST_BENT);
+        (length * stretch, gradient * stretch)
+    }
 }
 
 /// A way to a point.
@@ -29,23 +59,21 @@ const REFINEMENTS: usize = 6;
 
 /// A segment being looked at from a point.
 struct Segment<'a, const D: usize> {
-    to: &'a Vector<D>,
-    rate: f64,
+    to: &'a Target<'a, D>,
     ends: [&'a Known<D>; 2],
     edge: Vector<D>,
     /// The cost along it is a + b t + c t^2 + d t^3.
     cubic: [f64; 4],
-    slope: Slope,
 }
 
 impl<const D: usize> Segment<'_, D> {
     /// The cost by way of a place on the segment, its derivative, and the step from there.
     fn at(&self, t: f64) -> (f64, f64, Vector<D>) {
         let [a, b, c, d] = self.cubic;
-        let step = self.to - self.ends[0].point - self.edge * t;
-        let (length, gradient) = self.slope.step(&step);
+        let step = self.to.point - self.ends[0].point - self.edge * t;
+        let (length, gradient) = self.to.step(&step);
         let rates = self.ends[1].rate - self.ends[0].rate;
-        let rate = 0.5 * (self.rate + self.ends[0].rate + t * rates);
+        let rate = 0.5 * (self.to.rate + self.ends[0].rate + t * rates);
         let cost = a + t * (b + t * (c + t * d)) + rate * length;
         let along = b + t * (2.0 * c + t * 3.0 * d);
         let change = along + 0.5 * rates * length - rate * gradient.dot(&self.edge);
@@ -94,19 +122,14 @@ impl<const D: usize> Segment<'_, D> {
 }
 
 /// The least way to a point through the segment between two that are known, or from one.
-pub(crate) fn through<const D: usize>(
-    to: &Vector<D>,
-    rate: f64,
-    from: [&Known<D>; 2],
-    slope: Slope,
-) -> Way<D> {
+pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> Way<D> {
+    let rate = to.rate;
     let [a, b] = from;
     let edge = b.point - a.point;
     let rise = b.cost - a.cost;
     let slopes = [a, b].map(|end| end.gradient.map_or(rise, |g| g.dot(&edge)));
     let segment = Segment {
         to,
-        rate,
         ends: from,
         edge,
         cubic: [
@@ -115,7 +138,6 @@ pub(crate) fn through<const D: usize>(
             3.0 * rise - 2.0 * slopes[0] - slopes[1],
             slopes[0] + slopes[1] - 2.0 * rise,
         ],
-        slope,
     };
     let share = if edge.norm_squared() == 0.0 {
         0.0
@@ -123,10 +145,10 @@ pub(crate) fn through<const D: usize>(
         segment.least()
     };
     let (cost, _, step) = segment.at(share);
-    let (length, direction) = slope.step(&step);
+    let (length, direction) = to.step(&step);
     let start = a.rate + share * (b.rate - a.rate);
     // The gradient changes along the way by that of the cost per length, known in the triangle.
-    let change = gradient_in_triangle(to - a.point, edge, rate - a.rate, b.rate - a.rate);
+    let change = gradient_in_triangle(to.point - a.point, edge, rate - a.rate, b.rate - a.rate);
     let gradient = direction * (0.5 * (start + rate)) + change * (0.5 * length);
     let along = gradient.dot(&step);
     let scale = if along > 0.0 {

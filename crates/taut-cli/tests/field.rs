@@ -1,0 +1,181 @@
+//! `taut field`.
+
+mod support;
+
+use std::path::Path;
+
+use support::{code, number, object, sphere, taut, text, write_points};
+
+const HERE: [f64; 3] = [0.0; 3];
+
+fn name(file: &Path) -> &str {
+    file.to_str().expect("UTF-8")
+}
+
+/// Angle between two points of the unit sphere.
+fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let chord = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    2.0 * (0.5 * chord).min(1.0).asin()
+}
+
+/// The numbers of the lines behind the first.
+fn rows(text: &str, separator: char) -> Vec<Vec<f64>> {
+    let numbers = |line: &str| {
+        let fields = line.split(separator);
+        fields.map(|v| v.parse().expect("a number")).collect()
+    };
+    text.lines().skip(1).map(numbers).collect()
+}
+
+#[test]
+fn distances_of_all_rows_go_to_standard_output() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let points = sphere(4000, HERE, 3);
+    write_points(&file, &points);
+    let output = taut(&["field", name(&file), "--source", "7", "--source", "0,0,1"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let told = text(&output.stdout);
+    assert_eq!(told.lines().next(), Some("# distance\terror\tsource"));
+    let found = rows(told, '\t');
+    assert_eq!(found.len(), points.len());
+    let mut covered = 0;
+    for (row, point) in found.iter().zip(&points) {
+        let ways = [angle(&points[7], point), angle(&[0.0, 0.0, 1.0], point)];
+        let least = ways[0].min(ways[1]);
+        assert!((row[0] - least).abs() < 1e-3, "{row:?} {ways:?}");
+        assert!(ways[row[2] as usize] < least + 1e-3, "{row:?} {ways:?}");
+        covered += usize::from((row[0] - least).abs() <= row[1]);
+    }
+    assert!(covered > 3900, "{covered}");
+}
+
+#[test]
+fn files_and_pictures_hold_the_field() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let points = sphere(3000, HERE, 4);
+    write_points(&file, &points);
+    let sources = folder.path().join("sources.txt");
+    std::fs::write(&sources, "# row, start\n5, 0.25\n").expect("written");
+    let picture = folder.path().join("field.png");
+    for extension in ["csv", "npy", "ply", "vtp"] {
+        let out = folder.path().join("field").with_extension(extension);
+        let told = object(
+            &taut(&[
+                "field",
+                name(&file),
+                "--sources",
+                name(&sources),
+                "-o",
+                name(&out),
+                "--picture",
+                name(&picture),
+                "--json",
+            ]),
+            0,
+        );
+        assert_eq!(number(&told, "points"), 3000.0);
+        assert_eq!(number(&told, "unreached"), 0.0);
+        assert!((number(&told, "farthest") - std::f64::consts::PI - 0.25).abs() < 0.1);
+    }
+    assert!(std::fs::metadata(&picture).expect("drawn").len() > 10_000);
+    let written = std::fs::read_to_string(folder.path().join("field.csv")).expect("written");
+    assert!(written.starts_with("x,y,z,distance,error,source\n"));
+    let numbers = std::fs::read(folder.path().join("field.npy")).expect("written");
+    for (i, row) in rows(&written, ',').iter().enumerate() {
+        assert!((row[3] - 0.25 - angle(&points[5], &points[i])).abs() < 1e-3);
+        assert_eq!(numbers[128 + 8 * i..][..8], row[3].to_le_bytes());
+    }
+}
+
+#[test]
+fn what_is_too_far_or_not_connected_is_infinite_and_counted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("two.xyz");
+    let mut points = sphere(3000, HERE, 5);
+    points.extend(sphere(1500, [9.0, 0.0, 0.0], 6));
+    write_points(&file, &points);
+    let arguments = ["field", name(&file), "--source", "0", "--max-distance", "1"];
+    let output = taut(&arguments);
+    assert_eq!(code(&output), 0);
+    let found = rows(text(&output.stdout), '\t');
+    let far = |i: usize| i >= 3000 || angle(&points[0], &points[i]) > 1.0;
+    let mut unreached = 0;
+    for (i, row) in found.iter().enumerate() {
+        unreached += usize::from(row[0].is_infinite());
+        assert!(
+            row[0].is_infinite() == far(i) || (angle(&points[0], &points[i]) - 1.0).abs() < 1e-3
+        );
+        assert_eq!(row[0].is_infinite(), row[2] == -1.0);
+    }
+    let note = format!("{unreached} of 4500 points are not reached");
+    assert!(
+        text(&output.stderr).contains(&note),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
+#[test]
+fn equations_are_asked_at_points() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("points.xyz");
+    let points = sphere(300, HERE, 8);
+    write_points(&file, &points);
+    let surface = ["field", "--shape", "sphere:1", "--source", "0,0,1"];
+    let output = taut(&[&surface[..], &["--at", name(&file)]].concat());
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    for (row, point) in rows(text(&output.stdout), '\t').iter().zip(&points) {
+        let truth = angle(&[0.0, 0.0, 1.0], point);
+        assert!((row[0] - truth).abs() < 1e-3, "{row:?} {truth}");
+        assert!(row[3] < 1e-12, "moved: {row:?}");
+    }
+    let output = taut(&surface);
+    assert_eq!(code(&output), 2);
+    assert!(text(&output.stderr).contains("--at FILE"));
+}
+
+#[test]
+fn refusals_say_what_was_expected() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    write_points(&file, &sphere(500, HERE, 9));
+    let sources = folder.path().join("sources.txt");
+    std::fs::write(&sources, "1 2 3 4 5 6\n").expect("written");
+    for (arguments, expected, words) in [
+        (vec!["--source", "500"], 3, "500"),
+        (
+            vec!["--source", "1", "--start", "1", "--start", "2"],
+            2,
+            "one for each of 1 sources",
+        ),
+        (vec!["--sources", name(&sources)], 2, "6 columns"),
+        (vec!["--source", "1", "--max-distance", "-1"], 2, "above 0"),
+        (vec!["--source", "1", "--surface", "mls"], 2, "leave it out"),
+        (
+            vec!["--source", "1", "-o", "field.las"],
+            2,
+            "no LAS or LAZ file",
+        ),
+        (
+            vec!["--source", "1", "-o", "field.xyz"],
+            2,
+            "npy, csv, ply, vtp, las, laz",
+        ),
+        (vec![], 2, "--source"),
+    ] {
+        let output = taut(&[&["field", name(&file)], &arguments[..]].concat());
+        assert_eq!(
+            code(&output),
+            expected,
+            "{arguments:?}: {}",
+            text(&output.stderr)
+        );
+        assert!(
+            text(&output.stderr).contains(words),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}
