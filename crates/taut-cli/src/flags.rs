@@ -52,6 +52,7 @@ Examples:
   taut sample --shape torus:1,0.4 -n 4000 -o points.ply --picture points.png
   taut sample scan.ply -n 4000 --uniform -o points.ply
   taut sample --implicit 'x^4 + y^4 + z^4 = 1' -n 1000 --uniform -o points.xyz
+  taut sample scan.ply -n 50 --farthest -o landmarks.csv
   taut sample --shape ellipsoid:3,2,1 -n 500 --source 3,0,0 --source=-3,0,0 -o points.csv
 
 Particles born at the sources repel each other until they have spread over the surface. Sources stay
@@ -304,6 +305,9 @@ pub struct SampleFlags {
     /// As densely where the surface is flat as where it bends
     #[arg(long)]
     pub uniform: bool,
+    /// Points of the cloud itself, each the farthest along the surface from those before it
+    #[arg(long, conflicts_with = "uniform")]
+    pub farthest: bool,
     /// A point to start from, which is kept: coordinates, or a row of the file; repeat it for several
     #[arg(
         long,

@@ -7,6 +7,7 @@ mod demo;
 mod either;
 mod equations;
 mod exit;
+mod farthest;
 mod field;
 mod fit;
 mod flags;

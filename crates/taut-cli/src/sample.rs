@@ -16,6 +16,7 @@ use crate::clouds;
 use crate::either::Either;
 use crate::equations::{self, SEARCHED};
 use crate::exit::{Exit, Failure};
+use crate::farthest;
 use crate::models::{self, FileModel};
 use crate::output::{line, significant, tell};
 use crate::picture;
@@ -47,6 +48,17 @@ struct Facts {
 
 /// Samples the surface and writes what was asked for.
 pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
+    match &settings.source {
+        Source::Cloud(cloud) if settings.farthest => farthest::run(settings, cloud, progress),
+        _ if settings.farthest => Err(Failure::Usage(
+            "--farthest: found a surface without points of its own, expected a cloud; leave it out"
+                .to_owned(),
+        )),
+        _ => spread(settings, progress),
+    }
+}
+
+fn spread(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
     let ends = |dimension| sites::ends_of_sources(&settings.sources, dimension, progress);
     let (name, sampled) = match &settings.source {
         Source::Equations(law) => {

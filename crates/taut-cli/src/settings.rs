@@ -328,6 +328,8 @@ pub struct SampleSettings {
     pub source: Source,
     pub count: usize,
     pub sources: Sources,
+    /// Points of the cloud, each the farthest from those before, instead of particles.
+    pub farthest: bool,
     pub spread: Spread,
     pub seed: u64,
     pub json: bool,
@@ -362,6 +364,7 @@ impl TryFrom<SampleFlags> for SampleSettings {
             source: flags.surface.try_into()?,
             count: flags.count.get(),
             sources: Sources::new(flags.source, flags.sources),
+            farthest: flags.farthest,
             spread: if flags.uniform {
                 Spread::Even
             } else {

@@ -53,6 +53,60 @@ fn points_are_written_and_told_of() {
     assert!(std::fs::metadata(picture).expect("drawn").len() > 1000);
 }
 
+/// The six tips of the axes among other points of the sphere: from one of them the farthest is the opposite, then
+/// the others.
+#[test]
+fn farthest_points_are_far_from_each_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let mut points = support::sphere(3000, [0.0; 3], 2);
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut tip = [0.0; 3];
+            tip[axis] = sign;
+            points.push(tip);
+        }
+    }
+    support::write_points(&file, &points);
+    let file = file.to_str().expect("UTF-8");
+    let arguments = [
+        "sample",
+        file,
+        "-n",
+        "6",
+        "--farthest",
+        "--source",
+        "3000",
+        "--json",
+    ];
+    let told = object(&taut(&arguments), 0);
+    let rows: Vec<usize> = told["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .map(|row| row.as_u64().expect("a row") as usize)
+        .collect();
+    assert_eq!(rows[..2], [3000, 3001]);
+    let angle = |a: usize, b: usize| {
+        let cosine: f64 = (0..3).map(|i| points[a][i] * points[b][i]).sum();
+        cosine.clamp(-1.0, 1.0).acos()
+    };
+    for (i, a) in rows.iter().enumerate() {
+        for b in &rows[..i] {
+            assert!(angle(*a, *b) > 1.2, "{rows:?}");
+        }
+    }
+    let cover = (0..points.len())
+        .map(|i| rows.iter().map(|row| angle(*row, i)).fold(4.0, f64::min))
+        .fold(0.0, f64::max);
+    assert!(
+        (number(&told, "cover") - cover).abs() < 1e-3,
+        "{told} {cover}"
+    );
+    let refused = taut(&["sample", "--shape", "sphere:1", "-n", "6", "--farthest"]);
+    assert_eq!(code(&refused), 2);
+}
+
 #[test]
 fn the_seed_alone_chooses_the_points() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -31,6 +31,7 @@ mod branches;
 mod cost;
 mod evaluate;
 mod fan;
+mod farthest;
 mod frame;
 mod jet;
 mod manifold;
@@ -39,6 +40,7 @@ mod ray;
 
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
+pub use farthest::Farthest;
 
 use std::sync::OnceLock;
 

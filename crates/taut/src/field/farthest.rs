@@ -1,0 +1,99 @@
+//! Points of a cloud far from each other: each the farthest from all before it (T. F. Gonzalez, "Clustering to
+//! minimize the maximum intercluster distance", Theoretical Computer Science 38, 1985; with geodesic distances
+//! C. Moenning, N. A. Dodgson, "Fast marching farthest point sampling", 2003).
+
+use crate::error::Error;
+use crate::field::{Fields, Settings, Source};
+use crate::surface::atlas::Atlas;
+
+/// Points of a cloud far from each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Farthest {
+    /// Their indices among [`Cloud::points`](crate::cloud::Cloud::points), in the order in which they were found.
+    pub points: Vec<usize>,
+    /// Every point of the cloud lies within this distance of one of them; infinite where a piece of the surface
+    /// has none.
+    pub cover: f64,
+    /// Largest estimated error of the distances that it was found from.
+    pub error: f64,
+}
+
+impl<const D: usize> Fields<'_, D, Atlas<D>> {
+    /// `count` points, the first of them given, each farther from those before it than any other point is: a piece
+    /// of the surface without any comes first. `done` hears of each.
+    ///
+    /// # Errors
+    /// As [`from`](Self::from), and [`Error::NoSuchPoint`] where a given point is not among the cloud's.
+    ///
+    /// A field for each, no farther than the cover so far.
+    pub fn farthest(
+        &self,
+        first: &[usize],
+        count: usize,
+        settings: &Settings,
+        done: impl Fn(usize),
+    ) -> Result<Farthest, Error> {
+        let atlas = self.geodesics.surface();
+        let rows = &atlas.cloud().rows;
+        let mut distances = vec![f64::INFINITY; rows.len()];
+        let mut errors = vec![0.0; rows.len()];
+        let mut points: Vec<usize> = Vec::new();
+        let count = count.min(rows.len());
+        let mut given = first.iter().copied();
+        while points.len() < count {
+            let asked = given.next();
+            let (next, cover) = match asked {
+                Some(next) if next < rows.len() => (next, f64::INFINITY),
+                Some(row) => {
+                    let reason = "the cloud has fewer points";
+                    return Err(Error::NoSuchPoint { row, reason });
+                }
+                None => largest(&distances),
+            };
+            if cover <= 0.0 {
+                break;
+            }
+            let node = atlas.node_of_row(rows[next] as usize);
+            // A point without a place on the surface is no source, unless it was asked for.
+            let node = match (node, asked) {
+                (Ok(node), _) => node,
+                (Err(error), Some(_)) => return Err(error),
+                (Err(_), None) => {
+                    distances[next] = 0.0;
+                    continue;
+                }
+            };
+            let source = Source { node, start: 0.0 };
+            let settings = Settings {
+                max_distance: settings.max_distance.min(cover),
+                ..*settings
+            };
+            let values = self.at_points(&self.from(&[source], &settings)?);
+            let held = distances.iter_mut().zip(&mut errors);
+            for ((distance, error), value) in held.zip(values) {
+                if value.distance < *distance {
+                    (*distance, *error) = (value.distance, value.error);
+                }
+            }
+            distances[next] = 0.0;
+            points.push(next);
+            done(next);
+        }
+        Ok(Farthest {
+            points,
+            cover: largest(&distances).1,
+            error: largest(&errors).1,
+        })
+    }
+}
+
+/// The first of the largest values.
+fn largest(values: &[f64]) -> (usize, f64) {
+    let mut best = (0, f64::NEG_INFINITY);
+    for (i, value) in values.iter().enumerate() {
+        if *value > best.1 {
+            best = (i, *value);
+        }
+    }
+    best
+}
