@@ -17,6 +17,8 @@ pub(crate) const DISC_SPACINGS: f64 = 2.5;
 /// Fewer discs than this that reach one another are a thin spot in the sampling: a hole wide enough for
 /// a disc has a rim of six of its radii.
 const FEWEST: usize = 6;
+/// Charts nearest to a point that usually leave no room for a disc; the others are looked at where they do.
+const ENCLOSING: usize = 8;
 /// Directions in which a disc may touch a point.
 const DIRECTIONS: usize = 24;
 
@@ -63,7 +65,7 @@ pub(crate) struct Rim<const D: usize> {
 impl<const D: usize> Rim<D> {
     /// Rolls the discs round every point. For surfaces (k = 2); on curves and solids no rim is known.
     pub(super) fn new(draft: &Draft<D>, neighbours: &Lists) -> Self {
-        let (charts, points) = (&draft.built, &draft.tree.points);
+        let (charts, cloud) = (&draft.built, &draft.tree.points);
         if draft.monomials.variables != 2 {
             return Self {
                 starts: vec![0; charts.len() + 1],
@@ -74,19 +76,31 @@ impl<const D: usize> Rim<D> {
         let lists: Vec<Vec<Disc<D>>> = charts
             .par_iter()
             .zip(0..charts.len() as u32)
-            .map(|(built, i)| {
+            .map_init(Vec::new, |flat, (built, i)| {
                 let chart = &built.chart;
-                let near = neighbours.of(i).iter().map(|j| &charts[*j as usize]);
-                let flat: Vec<Flat> = near
-                    .flat_map(|near| &near.own)
-                    .map(|p| flat(chart, &points[*p as usize]))
-                    .collect();
+                let flattened = |points: &[u32], flat: &mut Vec<Flat>| {
+                    flat.extend(
+                        points
+                            .iter()
+                            .map(|p| self::flat(chart, &cloud[*p as usize])),
+                    );
+                };
+                flat.clear();
+                let near = neighbours.of(i).iter().map(|j| &charts[*j as usize].own);
+                let (nearest, rest) = (near.clone().take(ENCLOSING), near.skip(ENCLOSING));
+                nearest.for_each(|own| flattened(own, flat));
                 // The chart itself is the first of its neighbours.
-                let own = built.own.iter().enumerate();
-                let open = own.filter(|(place, _)| !enclosed(chart, *place, &flat));
-                let discs = open.filter_map(|(place, p)| {
-                    let (x, y) = free_side(chart, place, &flat, directions)?;
-                    Some(disc(chart, &points[*p as usize], x, y))
+                let mut open: Vec<usize> = (0..built.own.len())
+                    .filter(|place| !enclosed(chart, *place, flat))
+                    .collect();
+                if open.is_empty() {
+                    return Vec::new();
+                }
+                rest.for_each(|own| flattened(own, flat));
+                open.retain(|place| !enclosed(chart, *place, flat));
+                let discs = open.into_iter().filter_map(|place| {
+                    let (x, y) = free_side(chart, place, flat, directions)?;
+                    Some(disc(chart, &cloud[built.own[place] as usize], x, y))
                 });
                 discs.collect()
             })

@@ -277,6 +277,9 @@ pub(super) fn steep_distance<const D: usize>(
     chart: &Chart<D>,
     members: &[u32],
 ) -> f64 {
+    if chart.steepest(monomials) <= STEEPEST {
+        return f64::INFINITY;
+    }
     let away = members.iter().filter_map(|i| {
         let x = &tree.points[*i as usize];
         let steep = chart.steepness(monomials, x) > STEEPEST;
