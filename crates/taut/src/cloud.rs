@@ -46,7 +46,7 @@ impl<const D: usize> Cloud<D> {
                 .copy_from_slice(&coordinates[i * dimension..(i + 1) * dimension]);
             point
         };
-        let mut finite: Vec<(Vector<D>, u32)> = (0..count)
+        let finite: Vec<(Vector<D>, u32)> = (0..count)
             .into_par_iter()
             .map(|i| (row(i), i as u32))
             .filter(|(point, _)| point.iter().all(|v| v.is_finite()))
@@ -58,26 +58,11 @@ impl<const D: usize> Cloud<D> {
                 needed: 2,
             });
         }
-        finite.par_sort_unstable_by(|a, b| {
-            let order =
-                a.0.iter()
-                    .zip(b.0.iter())
-                    .map(|(x, y)| x.total_cmp(&(y + 0.0)));
-            order
-                .fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
-                .then(a.1.cmp(&b.1))
-        });
-        // The first row of each run of equal points stands for all of them.
-        let mut representative = vec![u32::MAX; count];
-        let mut first = finite[0];
-        let mut distinct = 0;
-        for (point, index) in &finite {
-            if *point != first.0 || *index == first.1 {
-                first = (*point, *index);
-                distinct += 1;
-            }
-            representative[*index as usize] = first.1;
-        }
+        let representative = representatives(&finite, count);
+        let distinct = finite
+            .iter()
+            .filter(|(_, index)| representative[*index as usize] == *index)
+            .count();
         let duplicates = finite.len() - distinct;
         if distinct < 2 {
             return Err(Error::AllCoincide {
@@ -112,6 +97,37 @@ impl<const D: usize> Cloud<D> {
             duplicates,
         })
     }
+}
+
+/// For each of `count` rows the first row of the same coordinates among those given, in order; `u32::MAX` for
+/// rows that are not. Equal rows meet where they are sorted by a hash of their coordinates.
+fn representatives<const D: usize>(finite: &[(Vector<D>, u32)], count: usize) -> Vec<u32> {
+    let mut hashed: Vec<(u64, u32)> = finite
+        .par_iter()
+        .zip(0..finite.len() as u32)
+        .map(|((point, _), place)| (hash(point), place))
+        .collect();
+    hashed.par_sort_unstable();
+    let mut representative = vec![u32::MAX; count];
+    for alike in hashed.chunk_by(|a, b| a.0 == b.0) {
+        for (i, (_, place)) in alike.iter().enumerate() {
+            let (point, index) = &finite[*place as usize];
+            let earlier = alike[..i].iter().map(|(_, place)| &finite[*place as usize]);
+            let first = earlier.into_iter().find(|other| other.0 == *point);
+            representative[*index as usize] = first.map_or(*index, |other| other.1);
+        }
+    }
+    representative
+}
+
+/// A hash of coordinates, the same for 0 and -0: the finaliser of MurmurHash3 (Appleby 2011) over their bits.
+fn hash<const D: usize>(point: &Vector<D>) -> u64 {
+    point.iter().fold(0, |hash: u64, value| {
+        let mut mixed = hash ^ (value + 0.0).to_bits();
+        mixed = (mixed ^ (mixed >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        mixed = (mixed ^ (mixed >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+        (mixed ^ (mixed >> 33)).wrapping_add(0x9e37_79b9_7f4a_7c15)
+    })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ mod pairs;
 
 pub use pairs::Guess;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::correction::newton::Solver;
 use crate::correction::{self, Settings, Straight, Taut};
@@ -22,7 +22,8 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
     graph: Graph<D, S::Place>,
     components: Vec<u32>,
     component_sizes: Vec<usize>,
-    landmarks: Landmarks,
+    /// Found for the first path: distances everywhere need none.
+    landmarks: OnceLock<Landmarks>,
     /// Memory that no query is using.
     idle: Mutex<Vec<Workspace<D, S::Place>>>,
 }
@@ -44,15 +45,19 @@ const SAME_LENGTH: f64 = 1e-4;
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     pub(crate) fn with_graph(surface: S, graph: Graph<D, S::Place>) -> Self {
         let (components, component_sizes) = graph.components();
-        let landmarks = Landmarks::new(&graph, &components, &component_sizes);
         Self {
             surface,
             graph,
             components,
             component_sizes,
-            landmarks,
+            landmarks: OnceLock::new(),
             idle: Mutex::new(Vec::new()),
         }
+    }
+
+    fn landmarks(&self) -> &Landmarks {
+        self.landmarks
+            .get_or_init(|| Landmarks::new(&self.graph, &self.components, &self.component_sizes))
     }
 
     /// The surface.
@@ -209,7 +214,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         search: &mut Search,
     ) -> Vec<Vec<Node<D, S::Place>>> {
         let (start, end) = (self.entrances(from), self.entrances(to));
-        let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
+        let longest =
+            detour * search.both_ways(&self.graph, self.landmarks(), &start, &end, detour);
         let both = (&search.forward, &search.backward);
         let through = |v| search.forward.distance(v) + search.backward.distance(v);
         let reached = search.backward.reached();

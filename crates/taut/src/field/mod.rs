@@ -94,7 +94,7 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     any_frames: Vec<Option<manifold::frame::Frame<D>>>,
     /// The points with their costs, where there are any.
     net: Option<cost::Net<D>>,
-    /// Distance from each node of the graph to its nearest ones.
+    /// Distance from each node of the graph to its nearest ones, or nearly that around it if that is more.
     spacing: Vec<f64>,
     /// The node nearest to each point of a cloud, once they have been asked for.
     places: OnceLock<Vec<u32>>,
@@ -144,6 +144,8 @@ const DOUBT: f64 = 30.0;
 const NEAREST: usize = 4;
 /// Nodes right beside each other are at most this many spacings apart.
 const ADJACENT: f64 = 1.5;
+/// The spacing of a node is at least this share of its neighbours' mean.
+const CROWDED: f64 = 0.8;
 /// Jets near neighbours so many spacings away are looked at.
 const BESIDE: f64 = 2.6;
 
@@ -173,7 +175,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 )
                 .collect();
         }
-        let spacing = (0..graph.nodes.len() as u32)
+        let nearest: Vec<f64> = (0..graph.nodes.len() as u32)
             .into_par_iter()
             .map(|node| {
                 let lengths = graph.edges(node).iter().map(|edge| f64::from(edge.length));
@@ -181,6 +183,16 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 lengths.sort_by(f64::total_cmp);
                 lengths.truncate(NEAREST);
                 lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
+            })
+            .collect();
+        // Rays are as far apart as the nodes around are: those that happen to crowd must look as far.
+        let spacing = (0..graph.nodes.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let edges = graph.edges(node);
+                let around = edges.iter().map(|edge| nearest[edge.to as usize]);
+                let mean = around.sum::<f64>() / edges.len().max(1) as f64;
+                nearest[node as usize].max(CROWDED * mean)
             })
             .collect();
         Self {

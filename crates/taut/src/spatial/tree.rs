@@ -11,6 +11,8 @@ use crate::{Matrix, Vector};
 /// Most points of a leaf; leaves hold more than half of it.
 pub(crate) const LEAF: usize = 16;
 
+/// Candidates are sorted out when there are this many times as many as wanted.
+const SPARE: usize = 2;
 /// Coordinates along the axes are rounded: a point as near as the limit is not to be missed.
 const ROUNDING: f64 = 1e-9;
 
@@ -85,7 +87,8 @@ impl<const D: usize> Tree<D> {
             found,
         };
         search.descend(1, 0, 0..self.points.len(), 0.0, &mut Vector::zeros());
-        found.sort_unstable_by(|a, b| a.squared.total_cmp(&b.squared).then(a.index.cmp(&b.index)));
+        search.keep_nearest();
+        found.sort_unstable_by_key(Neighbour::order);
     }
 }
 
@@ -143,8 +146,9 @@ struct Search<'a, const D: usize> {
     /// The coordinates of `x` along the tree's axes.
     along: Vector<D>,
     count: usize,
+    /// No point farther than this is among the nearest.
     limit: f64,
-    /// A max-heap by squared distance while searching.
+    /// The nearest so far, and others.
     found: &'a mut Vec<Neighbour>,
 }
 
@@ -158,9 +162,7 @@ impl<const D: usize> Search<'_, D> {
         offset: &mut Vector<D>,
     ) {
         if level == self.tree.levels {
-            for index in range {
-                self.offer(index);
-            }
+            self.offer(range);
             return;
         }
         let split = self.tree.splits[node];
@@ -188,51 +190,40 @@ impl<const D: usize> Search<'_, D> {
         }
     }
 
-    fn offer(&mut self, index: usize) {
-        let squared = (self.tree.points[index] - self.x).norm_squared();
-        let candidate = Neighbour {
-            squared,
-            index: index as u32,
-        };
-        if self.found.len() < self.count {
-            self.found.push(candidate);
-            if self.found.len() == self.count {
-                self.found.sort_unstable_by(|a, b| farther_first(b, a));
-                self.found.reverse();
-                self.limit = self.found[0].squared;
+    fn offer(&mut self, range: Range<usize>) {
+        for (point, index) in self.tree.points[range.clone()].iter().zip(range) {
+            let squared = (point - self.x).norm_squared();
+            if squared <= self.limit {
+                self.found.push(Neighbour {
+                    squared,
+                    index: index as u32,
+                });
             }
-        } else if farther_first(&candidate, &self.found[0]).is_gt() {
-            self.replace_farthest(candidate);
-            self.limit = self.found[0].squared;
+        }
+        let many = self.limit == f64::INFINITY && self.found.len() >= self.count;
+        if many || self.found.len() >= SPARE * self.count {
+            self.keep_nearest();
         }
     }
 
-    /// Sifts the new candidate down from the top of the heap.
-    fn replace_farthest(&mut self, candidate: Neighbour) {
-        let mut place = 0;
-        loop {
-            let mut child = 2 * place + 1;
-            if child >= self.count {
-                break;
-            }
-            if child + 1 < self.count
-                && farther_first(&self.found[child + 1], &self.found[child]).is_lt()
-            {
-                child += 1;
-            }
-            if farther_first(&candidate, &self.found[child]).is_le() {
-                break;
-            }
-            self.found[place] = self.found[child];
-            place = child;
+    /// Drops all but the nearest, of which there are then enough to limit the search.
+    fn keep_nearest(&mut self) {
+        if self.found.len() >= self.count && self.count > 0 {
+            let last = self.count - 1;
+            let farthest = self
+                .found
+                .select_nth_unstable_by_key(last, Neighbour::order);
+            self.limit = farthest.1.squared;
+            self.found.truncate(self.count);
         }
-        self.found[place] = candidate;
     }
 }
 
-/// Orders by distance, farthest first; ties by larger index first.
-fn farther_first(a: &Neighbour, b: &Neighbour) -> std::cmp::Ordering {
-    b.squared.total_cmp(&a.squared).then(b.index.cmp(&a.index))
+impl Neighbour {
+    /// Orders by distance, which is not negative, and ties by index.
+    fn order(&self) -> (u64, u32) {
+        (self.squared.to_bits(), self.index)
+    }
 }
 
 #[cfg(test)]

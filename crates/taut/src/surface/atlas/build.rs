@@ -12,7 +12,7 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
-use crate::surface::atlas::{Atlas, Lists, links, rows, scale};
+use crate::surface::atlas::{Atlas, Lists, links, rows, scale, smooth};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
 #[derive(Clone)]
@@ -20,6 +20,22 @@ pub(super) struct Built<const D: usize> {
     pub chart: Chart<D>,
     pub members: Vec<u32>,
     pub own: Vec<u32>,
+}
+
+impl<const D: usize> Built<D> {
+    /// The chart takes part in the blend well beyond the points of its cell.
+    pub fn new(tree: &Tree<D>, mut chart: Chart<D>, members: Vec<u32>, own: Vec<u32>) -> Self {
+        let extent = own
+            .iter()
+            .map(|i| (tree.points[*i as usize] - chart.origin).norm())
+            .fold(2.0 * chart.spacing, f64::max);
+        chart.radius = chart.radius.max(MARGIN * extent);
+        Self {
+            chart,
+            members,
+            own,
+        }
+    }
 }
 
 /// Charts and which continue each other, before they are put together.
@@ -41,7 +57,7 @@ const MARGIN: f64 = 1.25;
 
 impl<const D: usize> Atlas<D> {
     /// A smooth surface of dimension `intrinsic_dimension` through the points; its cells are the leaves
-    /// of the search tree, 8 to 16 points each.
+    /// of the search tree, 8 to 16 points each, or up to four of them where one polynomial follows their points.
     ///
     /// # Errors
     /// [`Error::TooFewPoints`] or [`Error::NoTangentPlane`] where the points carry no such surface.
@@ -65,7 +81,9 @@ impl<const D: usize> Atlas<D> {
         if let Some(found) = intervals.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
             return Err(Error::BadInterval { found: *found });
         }
-        let draft = Draft::new(cloud, intrinsic_dimension, |tree| grid(tree, intervals))?;
+        let draft = Draft::new(cloud, intrinsic_dimension, false, |tree| {
+            grid(tree, intervals)
+        })?;
         Ok(draft.finish())
     }
 }
@@ -73,7 +91,7 @@ impl<const D: usize> Atlas<D> {
 impl<const D: usize> Draft<D> {
     /// On the leaves of the search tree.
     pub fn of_leaves(cloud: Cloud<D>, intrinsic_dimension: usize) -> Result<Self, Error> {
-        Self::new(cloud, intrinsic_dimension, |tree| {
+        Self::new(cloud, intrinsic_dimension, true, |tree| {
             let leaves = tree.leaves().into_iter();
             leaves
                 .map(|leaf| leaf.map(|i| i as u32).collect())
@@ -81,9 +99,11 @@ impl<const D: usize> Draft<D> {
         })
     }
 
+    /// On cells, successive ones of which may share a chart where they are leaves of the tree.
     fn new(
         cloud: Cloud<D>,
         intrinsic_dimension: usize,
+        may_join: bool,
         cells: impl Fn(&Tree<D>) -> Vec<Vec<u32>>,
     ) -> Result<Self, Error> {
         let monomials = Monomials::new(intrinsic_dimension);
@@ -97,10 +117,15 @@ impl<const D: usize> Draft<D> {
         let charted = |tree: &Tree<D>| -> Vec<Built<D>> {
             let cells = cells(tree);
             let gains = scale::gains(tree, &monomials, &cells);
+            let together = if may_join {
+                smooth::leaves_a_chart(tree, &monomials, &cells)
+            } else {
+                1
+            };
             cells
-                .into_par_iter()
-                .map_init(Workspace::default, |workspace, points| {
-                    cell(tree, &monomials, gains, points, workspace)
+                .par_chunks(together)
+                .map_init(Workspace::default, |workspace, cells| {
+                    subtree(tree, &monomials, gains, cells, workspace)
                 })
                 .flatten_iter()
                 .collect()
@@ -207,6 +232,26 @@ fn grid<const D: usize>(tree: &Tree<D>, intervals: &[f64; D]) -> Vec<Vec<u32>> {
         .collect()
 }
 
+/// The charts of some leaves: a single one where it is smooth, and else those of either half.
+fn subtree<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    gains: Gains,
+    leaves: &[Vec<u32>],
+    workspace: &mut Workspace<D>,
+) -> Vec<Built<D>> {
+    if let [leaf] = leaves {
+        return cell(tree, monomials, gains, leaf.clone(), workspace);
+    }
+    if let Some(built) = smooth::large(tree, monomials, leaves, workspace) {
+        return vec![built];
+    }
+    let (low, high) = leaves.split_at(leaves.len() / 2);
+    let mut built = subtree(tree, monomials, gains, low, workspace);
+    built.extend(subtree(tree, monomials, gains, high, workspace));
+    built
+}
+
 /// The charts of one cell: one per sheet, seeded from the points not yet covered.
 fn cell<const D: usize>(
     tree: &Tree<D>,
@@ -217,15 +262,7 @@ fn cell<const D: usize>(
 ) -> Vec<Built<D>> {
     let mut built = Vec::new();
     while !left.is_empty() {
-        let mean = left.iter().fold(Vector::<D>::zeros(), |sum, i| {
-            sum + tree.points[*i as usize]
-        }) / left.len() as f64;
-        let gap = |i: &u32| (tree.points[*i as usize] - mean).norm_squared();
-        let Some(seed) = left
-            .iter()
-            .copied()
-            .min_by(|a, b| gap(a).total_cmp(&gap(b)))
-        else {
+        let Some(seed) = scale::seed(tree, &left) else {
             break;
         };
         let fitted = scale::fit(tree, monomials, gains, seed, workspace);
@@ -242,17 +279,7 @@ fn cell<const D: usize>(
             .partition(|i| **i == seed || (members.contains(i) && MARGIN * away(i) <= steep));
         left = rest;
         chart.radius = chart.radius.min(steep);
-        let extent = own
-            .iter()
-            .map(|i| (tree.points[*i as usize] - chart.origin).norm())
-            .fold(2.0 * chart.spacing, f64::max);
-        // Every point of the cell lies well inside the support.
-        chart.radius = chart.radius.max(MARGIN * extent);
-        built.push(Built {
-            chart,
-            members,
-            own,
-        });
+        built.push(Built::new(tree, chart, members, own));
     }
     built
 }

@@ -102,9 +102,30 @@ impl<const D: usize> Chart<D> {
         (1.0 + steepest).sqrt()
     }
 
+    /// A bound of the [`steepness`](Self::steepness) over the tangent coordinates that the chart was fitted to.
+    pub fn steepest(&self, monomials: &Monomials) -> f64 {
+        let count = self.coefficients.len() / (D - monomials.variables);
+        let slopes = self.coefficients.chunks(count).map(|c| {
+            let degrees = (1..=usize::from(self.degree)).map(|degree| {
+                let terms = &c[monomials.count(degree - 1)..monomials.count(degree)];
+                degree as f64 * terms.iter().map(|c| c.abs()).sum::<f64>()
+            });
+            degrees.sum::<f64>() / self.scale
+        });
+        slopes.fold(1.0, |steepest: f64, slope| steepest.max(slope.hypot(1.0)))
+    }
+
     /// Values and gradients of the m equations at `x`.
     pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, out: &mut ChartJet<D>) {
-        let m = D - monomials.variables;
+        match D - monomials.variables {
+            1 => self.jet_of(1, monomials, x, out),
+            m => self.jet_of(m, monomials, x, out),
+        }
+    }
+
+    /// [`jet`](Self::jet) of m equations; inlined, so that a known m unrolls its loops.
+    #[inline(always)]
+    fn jet_of(&self, m: usize, monomials: &Monomials, x: &Vector<D>, out: &mut ChartJet<D>) {
         let offset = x - self.origin;
         for a in 0..m {
             let jet = self.equation::<false>(monomials, m, a, &offset);

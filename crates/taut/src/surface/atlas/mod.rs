@@ -21,6 +21,7 @@ pub(crate) mod rim;
 mod rows;
 mod scale;
 pub(crate) mod sheets;
+mod smooth;
 
 pub use fitted::{Fit, FitSettings};
 pub use implicit::Level;

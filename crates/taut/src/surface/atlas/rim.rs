@@ -17,6 +17,10 @@ pub(crate) const DISC_SPACINGS: f64 = 2.5;
 /// Fewer discs than this that reach one another are a thin spot in the sampling: a hole wide enough for
 /// a disc has a rim of six of its radii.
 const FEWEST: usize = 6;
+/// Cells of points along the longest chord that is looked at, ...
+const CELLS_A_CHORD: f64 = 3.0;
+/// ... and at most this many along a chart.
+const MOST_CELLS: f64 = 64.0;
 /// Directions in which a disc may touch a point.
 const DIRECTIONS: usize = 24;
 
@@ -63,7 +67,7 @@ pub(crate) struct Rim<const D: usize> {
 impl<const D: usize> Rim<D> {
     /// Rolls the discs round every point. For surfaces (k = 2); on curves and solids no rim is known.
     pub(super) fn new(draft: &Draft<D>, neighbours: &Lists) -> Self {
-        let (charts, points) = (&draft.built, &draft.tree.points);
+        let (charts, cloud) = (&draft.built, &draft.tree.points);
         if draft.monomials.variables != 2 {
             return Self {
                 starts: vec![0; charts.len() + 1],
@@ -74,19 +78,19 @@ impl<const D: usize> Rim<D> {
         let lists: Vec<Vec<Disc<D>>> = charts
             .par_iter()
             .zip(0..charts.len() as u32)
-            .map(|(built, i)| {
+            .map_init(Default::default, |(flat, cells), (built, i)| {
                 let chart = &built.chart;
                 let near = neighbours.of(i).iter().map(|j| &charts[*j as usize]);
-                let flat: Vec<Flat> = near
-                    .flat_map(|near| &near.own)
-                    .map(|p| flat(chart, &points[*p as usize]))
-                    .collect();
+                let points = near.flat_map(|near| &near.own);
+                Vec::clear(flat);
+                flat.extend(points.map(|p| self::flat(chart, &cloud[*p as usize])));
                 // The chart itself is the first of its neighbours.
+                Cells::fill(cells, flat, built.own.len(), chord(chart));
                 let own = built.own.iter().enumerate();
-                let open = own.filter(|(place, _)| !enclosed(chart, *place, &flat));
+                let open = own.filter(|(place, _)| !cells.enclosed(&flat[*place]));
                 let discs = open.filter_map(|(place, p)| {
-                    let (x, y) = free_side(chart, place, &flat, directions)?;
-                    Some(disc(chart, &points[*p as usize], x, y))
+                    let (x, y) = free_side(chart, place, flat, directions)?;
+                    Some(disc(chart, &cloud[*p as usize], x, y))
                 });
                 discs.collect()
             })
@@ -222,24 +226,95 @@ fn flat<const D: usize>(chart: &Chart<D>, point: &Vector<D>) -> Flat {
     (along(D - 2), along(D - 1))
 }
 
-/// Whether there is a point near in each eighth of the plane round a point, which leaves no room for a
-/// disc: one within half a right angle of the direction of its centre and nearer than the chord.
-fn enclosed<const D: usize>(chart: &Chart<D>, place: usize, near: &[Flat]) -> bool {
-    let chord = 1.99 * (DISC_SPACINGS * chart.spacing).powi(2);
-    let origin = near[place];
-    let mut eighths = 0_u8;
-    for (x, y) in near {
-        let (u, v) = (x - origin.0, y - origin.1);
-        let squared = u * u + v * v;
-        // Whether a point is near is a toss-up, and costs less without a branch.
-        let near = u8::from(squared < chord) & u8::from(squared > 0.0);
-        let eighth = u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
-        eighths |= near << eighth;
-        if eighths == u8::MAX {
-            return true;
+/// The longest chord of a disc between directions a quarter of a turn apart, less a little.
+fn chord<const D: usize>(chart: &Chart<D>) -> f64 {
+    1.99_f64.sqrt() * DISC_SPACINGS * chart.spacing
+}
+
+/// Points of a plane in square cells, row by row.
+#[derive(Default)]
+struct Cells {
+    chord: f64,
+    size: f64,
+    low: Flat,
+    wide: usize,
+    starts: Vec<u32>,
+    points: Vec<Flat>,
+    places: Vec<(u32, Flat)>,
+}
+
+impl Cells {
+    /// Takes the points within a chord of the box about the first `own` of some.
+    fn fill(&mut self, all: &[Flat], own: usize, chord: f64) {
+        let outwards = |pick: fn(f64, f64) -> f64, chord: f64| {
+            let first = all[0];
+            let corner = all[..own].iter();
+            let corner = corner.fold(first, |c, p| (pick(c.0, p.0), pick(c.1, p.1)));
+            (corner.0 + chord, corner.1 + chord)
+        };
+        let (low, high) = (outwards(f64::min, -chord), outwards(f64::max, chord));
+        let extent = (high.0 - low.0).max(high.1 - low.1);
+        (self.chord, self.low) = (chord, low);
+        self.size = (chord / CELLS_A_CHORD).max(extent / MOST_CELLS);
+        self.wide = (extent / self.size) as usize + 1;
+        let (low, size, wide) = (self.low, self.size, self.wide);
+        let inside = |p: &&Flat| p.0 >= low.0 && p.0 <= high.0 && p.1 >= low.1 && p.1 <= high.1;
+        let cell = |p: &Flat| {
+            let [column, row] = [p.0 - low.0, p.1 - low.1].map(|v| (v / size) as usize);
+            (row * wide + column) as u32
+        };
+        self.places.clear();
+        let inner = all.iter().filter(inside);
+        self.places.extend(inner.map(|p| (cell(p), *p)));
+        self.starts.clear();
+        self.starts.resize(wide * wide + 1, 0);
+        for (cell, _) in &self.places {
+            self.starts[*cell as usize + 1] += 1;
         }
+        for cell in 0..wide * wide {
+            self.starts[cell + 1] += self.starts[cell];
+        }
+        self.points.resize(self.places.len(), (0.0, 0.0));
+        // Filled from the back, every cell's end becomes its start.
+        for (cell, point) in &self.places {
+            let end = &mut self.starts[*cell as usize + 1];
+            *end -= 1;
+            self.points[*end as usize] = *point;
+        }
+        self.starts.remove(0);
+        self.starts.push(self.places.len() as u32);
     }
-    false
+
+    /// Whether there is a point near in each eighth of the plane round one of the first, which leaves no room for a
+    /// disc: one within half a right angle of the direction of its centre and nearer than the chord.
+    fn enclosed(&self, origin: &Flat) -> bool {
+        let [column, row] =
+            [origin.0 - self.low.0, origin.1 - self.low.1].map(|v| (v / self.size) as usize);
+        let reach = (self.chord / self.size).ceil() as usize;
+        let columns = column.saturating_sub(reach)..=(column + reach).min(self.wide - 1);
+        let squared_chord = self.chord * self.chord;
+        let mut eighths = 0_u8;
+        // Rows in order of their distance: most points are enclosed by the nearest.
+        let rows = (0..=2 * reach)
+            .map(|i| (row + i.div_ceil(2) * (i % 2)).checked_sub(i / 2 * (1 - i % 2)));
+        for row in rows.flatten().filter(|row| *row < self.wide) {
+            let [first, last] = [*columns.start(), *columns.end() + 1]
+                .map(|column| self.starts[row * self.wide + column] as usize);
+            for (x, y) in &self.points[first..last] {
+                let (u, v) = (x - origin.0, y - origin.1);
+                let squared = u * u + v * v;
+                // Whether a point is near is a toss-up, and costs less without a branch.
+                let near = u8::from(squared < squared_chord) & u8::from(squared > 0.0);
+                let eighth =
+                    u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
+                eighths |= near << eighth;
+            }
+            if eighths == u8::MAX {
+                return true;
+            }
+        }
+        false
+    }
 }
 
 /// The unit direction amid those in which an empty disc touches a point, if there are any.

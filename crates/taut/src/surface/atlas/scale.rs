@@ -96,8 +96,19 @@ pub(super) fn gains<const D: usize>(
 }
 
 /// Points of a chart's fit where nothing speaks for more or fewer.
-fn usual_points(monomials: &Monomials) -> usize {
+pub(super) fn usual_points(monomials: &Monomials) -> usize {
     3 * monomials.count(4) + 5
+}
+
+/// The point nearest to the mean of some (tree indices): charts start there.
+pub(super) fn seed<const D: usize>(tree: &Tree<D>, points: &[u32]) -> Option<u32> {
+    let sum = points.iter().fold(Vector::<D>::zeros(), |sum, i| {
+        sum + tree.points[*i as usize]
+    });
+    let mean = sum / points.len() as f64;
+    let gap = |i: &u32| (tree.points[*i as usize] - mean).norm_squared();
+    let nearest = points.iter().copied();
+    nearest.min_by(|a, b| gap(a).total_cmp(&gap(b)))
 }
 
 /// Fits the chart around a point; returns it with the points it was fitted to.
@@ -277,6 +288,9 @@ pub(super) fn steep_distance<const D: usize>(
     chart: &Chart<D>,
     members: &[u32],
 ) -> f64 {
+    if chart.steepest(monomials) <= STEEPEST {
+        return f64::INFINITY;
+    }
     let away = members.iter().filter_map(|i| {
         let x = &tree.points[*i as usize];
         let steep = chart.steepness(monomials, x) > STEEPEST;

@@ -115,6 +115,11 @@ impl<'a, const D: usize> Sheet<'a, D> {
 }
 
 impl<const D: usize> Workspace<D> {
+    /// The last neighbourhood grown holds all points as near as its farthest: no other sheet comes by.
+    pub fn alone(&self) -> bool {
+        self.kept.iter().copied().eq(0..self.kept.len() as u32)
+    }
+
     fn place(&mut self, tree: &Tree<D>, origin: &Vector<D>, frame: &Matrix<D>) {
         let point = |n: &Neighbour| tree.points[n.index as usize];
         let found = self.found.iter();

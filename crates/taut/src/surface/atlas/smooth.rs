@@ -1,0 +1,89 @@
+//! Larger charts where the surface is smooth: one for the points of several leaves of the tree.
+//!
+//! A clean fit of the highest degree to a wider neighbourhood needs no more samples than a small one: of its
+//! points, every other or third is taken, and the rest are only looked at. So both the charts and the work for
+//! each point become fewer, at an error that grows with the fifth power of the radius and is held far below the
+//! spacing of the points.
+
+use rayon::prelude::*;
+
+use crate::spatial::tree::Tree;
+use crate::surface::atlas::build::Built;
+use crate::surface::atlas::links::STEEPEST;
+use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
+use crate::surface::atlas::scale::{self, NOISY};
+use crate::surface::atlas::sheets::{Neighbourhood, Sheet, Workspace};
+
+/// Most leaves that a chart may stand for; a power of two, so that they are a subtree.
+pub(super) const MOST_LEAVES: usize = 4;
+/// A large chart's residual in spacings is at most this.
+const SMOOTH: f64 = 2e-4;
+/// Points of a large chart's neighbourhood, as a share of those that its leaves would have.
+const SHARED: f64 = 0.9;
+/// Samples that are enough for a chart without noise.
+const SAMPLES: usize = 60;
+/// Groups of leaves by which it is judged whether large charts will do.
+const JUDGED: usize = 64;
+
+/// How many leaves a chart may stand for where most of a cloud's are as smooth as some of them: 1, 2 or 4.
+pub(super) fn leaves_a_chart<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    leaves: &[Vec<u32>],
+) -> usize {
+    let mut most = MOST_LEAVES;
+    while most > 1 {
+        let groups = leaves.len().div_ceil(most);
+        let judged: Vec<bool> = leaves
+            .par_chunks(most)
+            .step_by(groups.div_ceil(JUDGED).max(1))
+            .map_init(Workspace::default, |workspace, group| {
+                large(tree, monomials, group, workspace).is_some()
+            })
+            .collect();
+        if 2 * judged.iter().filter(|smooth| **smooth).count() > judged.len() {
+            break;
+        }
+        most /= 2;
+    }
+    most
+}
+
+/// One chart for the points of a few leaves, if they lie on one sheet that is smooth and has no other within
+/// reach.
+pub(super) fn large<const D: usize>(
+    tree: &Tree<D>,
+    monomials: &Monomials,
+    leaves: &[Vec<u32>],
+    workspace: &mut Workspace<D>,
+) -> Option<Built<D>> {
+    let own = leaves.concat();
+    let usual = scale::usual_points(monomials) * leaves.len();
+    let wanted = (SHARED * usual as f64) as usize;
+    let seed = scale::seed(tree, &own)?;
+    let mut sheet = Sheet::new(tree, monomials, seed);
+    let Neighbourhood { members, frame } = sheet.grow(wanted, workspace)?;
+    if !workspace.alone() || members.len() < wanted || own.iter().any(|i| !members.contains(i)) {
+        return None;
+    }
+    let stride = wanted.div_ceil(SAMPLES);
+    let sampled = Neighbourhood {
+        members: members.into_iter().step_by(stride).collect(),
+        frame,
+    };
+    let mut chart = scale::fit_chart(&sheet, &sampled, workspace)?.chart;
+    chart.spacing /= (stride as f64).powf(1.0 / monomials.variables as f64);
+    let smooth = usize::from(chart.degree) == HIGHEST_DEGREE
+        && chart.residual <= SMOOTH * chart.spacing
+        && chart.steepest(monomials) <= STEEPEST;
+    let m = D - monomials.variables;
+    let mut offsets = [0.0; D];
+    let mut on_it = |i: &u32| {
+        chart.offsets(monomials, &tree.points[*i as usize], &mut offsets);
+        offsets[..m].iter().map(|v| v * v).sum::<f64>() <= (NOISY * chart.spacing).powi(2)
+    };
+    if !(smooth && own.iter().all(&mut on_it)) {
+        return None;
+    }
+    Some(Built::new(tree, chart, sampled.members, own))
+}
