@@ -52,34 +52,34 @@ impl<const D: usize> Equations<D> for System {
     }
 }
 
-/// The sampling grows from at most so many of the pairs' ends.
+/// The sampling grows from at most so many of the ends.
 const MOST_SEEDS: usize = 128;
 /// The box of a shape is widened by this share of its size, so that the surface lies inside.
 const SLACK: f64 = 0.01;
 
-/// Makes the surface ready and locates the pairs on it.
+/// Makes the surface ready and locates the ends on it.
 pub fn prepare(
     settings: &EquationSettings,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    with_size!(settings.dimension, located(settings, pairs, progress))
+    with_size!(settings.dimension, located(settings, ends, progress))
 }
 
 fn located<const D: usize>(
     settings: &EquationSettings,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let ends = points_of(pairs.iter().flatten(), settings.dimension)?;
-    let stride = ends.len().div_ceil(MOST_SEEDS).max(1);
-    let seeds: Vec<Vector<D>> = ends
+    let points = points_of(&ends, settings.dimension)?;
+    let stride = points.len().div_ceil(MOST_SEEDS).max(1);
+    let seeds: Vec<Vector<D>> = points
         .iter()
         .step_by(stride)
         .map(|point| padded(point))
         .collect();
-    let geodesics = sampled(settings, &ends, &seeds, progress)?;
-    let located = Located::new(geodesics, settings.dimension, pairs, None);
+    let geodesics = sampled(settings, &points, &seeds, progress)?;
+    let located = Located::new(geodesics, settings.dimension, ends, None);
     Ok(Box::new(located))
 }
 

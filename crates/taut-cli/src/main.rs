@@ -9,6 +9,7 @@ mod equations;
 mod exit;
 mod fit;
 mod flags;
+mod matrix;
 mod models;
 mod output;
 mod path;
@@ -47,6 +48,7 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
     let progress = Progress::new(flags.quiet);
     threads.install(|| match flags.command {
         Command::Path(flags) => path::run(&flags.try_into()?, &progress),
+        Command::Matrix(flags) => matrix::run(&flags.try_into()?, &progress),
         Command::Check(flags) => check::run(&flags.try_into()?, &progress),
         Command::Fit(flags) => fit::run(&flags.try_into()?, &progress),
         Command::Sample(flags) => sample::run(&flags.try_into()?, &progress),

@@ -2,7 +2,7 @@
 //!
 //! [`read`] takes a file of any known [`Format`] and answers a [`PointSet`]: coordinates in `f64`, row-major, exactly as
 //! in the file. Faces, edges and colours are left out and said so in [`PointSet::notes`]. [`read_pairs`] reads the pairs
-//! of ends of a batch. [`write_polylines`] and [`write_points`] write by extension, through a temporary file that takes
+//! of ends of a batch, [`read_sources`] the sources of a matrix. [`write_polylines`] and [`write_points`] write by extension, through a temporary file that takes
 //! the place of the old one only when it is complete.
 //!
 //! Declared counts are compared with the file's length before memory is asked for, so that a malformed file is answered
@@ -23,6 +23,7 @@ mod json_lines;
 mod pairs;
 mod point_set;
 mod read;
+mod sources;
 mod text;
 mod write;
 
@@ -32,4 +33,5 @@ pub use json_lines::{read_json_lines, write_json_lines};
 pub use pairs::{Pairs, read_pairs, read_pairs_from};
 pub use point_set::{PointSet, ReadOptions};
 pub use read::read;
-pub use write::{Polyline, write_points, write_polylines};
+pub use sources::{Sources, read_sources};
+pub use write::{MatrixFile, Polyline, SparseRows, write_points, write_polylines, write_sparse};

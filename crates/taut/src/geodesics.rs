@@ -2,7 +2,7 @@
 
 mod pairs;
 
-pub use pairs::Guess;
+pub use pairs::{Guess, Origin};
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -12,7 +12,7 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
-use crate::guess::routes::{self, DETOUR, Route};
+use crate::guess::routes::{DETOUR, Route, Ways};
 use crate::result::{Path, Status};
 use crate::surface::Node;
 
@@ -210,10 +210,14 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     ) -> Vec<Vec<Node<D, S::Place>>> {
         let (start, end) = (self.entrances(from), self.entrances(to));
         let longest = detour * search.both_ways(&self.graph, &self.landmarks, &start, &end, detour);
-        let both = (&search.forward, &search.backward);
-        let through = |v| search.forward.distance(v) + search.backward.distance(v);
-        let reached = search.backward.reached();
-        let routes = routes::routes(&self.graph, both, through, reached, most, longest);
+        let (forward, backward) = (&search.forward, &search.backward);
+        let ways = Ways {
+            graph: &self.graph,
+            through: |v| forward.distance(v) + backward.distance(v),
+            before: |v| forward.previous(v),
+            after: |v| backward.previous(v),
+        };
+        let routes = ways.routes(backward.reached(), most, longest);
         self.along(from, to, routes)
     }
 
