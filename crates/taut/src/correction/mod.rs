@@ -65,7 +65,7 @@ impl<const D: usize, P: Copy> Taut<D, P> {
     /// Two straightened paths of nearly the same length whose middles lie together are one.
     pub fn runs_with(&self, other: &Self, relative: f64) -> bool {
         (self.length() - other.length()).abs() <= relative * self.length()
-            && (self.halfway() - other.halfway()).norm() <= 0.05 * self.length()
+            && (self.halfway() - other.halfway()).norm() <= 0.02 * self.length()
     }
 
     fn halfway(&self) -> Vector<D> {
