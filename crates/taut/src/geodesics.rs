@@ -37,7 +37,7 @@ struct Workspace<const D: usize, P> {
 const GUESSES: usize = 8;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
 /// that could still win by what pulling taut has changed so far.
-const CLOSE: f64 = 1.003;
+const CLOSE: f64 = 1.01;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 

@@ -51,6 +51,9 @@ const MOST_SHIFTS: usize = 24;
 /// Share of the length that a Newton step leaves, per square of the share that it changes: below 1 for
 /// most paths, up to 30 where the ends are nearly conjugate.
 const SQUARED: f64 = 64.0;
+/// Relative change of the length below which a step need not be taken: before that it betters the guess for what
+/// follows.
+const NOT_WORTH_A_STEP: f64 = 1e-6;
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
 
@@ -85,7 +88,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     }
 
     /// Pulls the path taut on its present elements, until Newton's step leaves a relative error of the
-    /// length below `tolerance` or would itself change it by less, or for `most_steps` steps.
+    /// length below `tolerance` or would itself change it by less (and by less than is worth a step), or for `most_steps`
+    /// steps.
     ///
     /// `None` where the surface has no tangent space at a node.
     pub fn solve<S: Surface<D, Place = P>>(
@@ -125,7 +129,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                 if index == Some(0) {
                     let decrement = self.newton_step();
                     let change = 0.5 * decrement / measure.energy;
-                    if shift == 0.0 && rim == 0.0 && change < tolerance {
+                    if shift == 0.0 && rim == 0.0 && change < tolerance.min(NOT_WORTH_A_STEP) {
                         (level.converged, level.left) = (true, change);
                         self.is_current = true;
                         return Some(level);
