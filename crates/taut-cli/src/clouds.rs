@@ -17,15 +17,15 @@ use crate::progress::Progress;
 use crate::settings::{CloudSettings, End, Model, Reconstruction};
 use crate::surface::{Locate, Located, Prepared, Samples, with_size};
 
-/// Reads a file, puts a surface through its points and locates the pairs on it.
+/// Reads a file, puts a surface through its points and locates the ends on it.
 pub fn prepare(
     settings: &CloudSettings,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let points = read(settings, progress)?;
     let name = settings.file.display().to_string();
-    of_points(&name, &points, &settings.model, pairs, progress)
+    of_points(&name, &points, &settings.model, ends, progress)
 }
 
 /// Reads the points of a file and passes on the reader's notes.
@@ -38,19 +38,19 @@ pub fn read(settings: &CloudSettings, progress: &Progress) -> Result<PointSet, F
     Ok(points)
 }
 
-/// A surface through points, with pairs located on it; `name` is what errors call the points.
+/// A surface through points, with ends located on it; `name` is what errors call the points.
 pub fn of_points(
     name: &str,
     points: &PointSet,
     model: &Model,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     match (model.reconstruction, points.dimension) {
         (Reconstruction::Atlas, dimension) => {
-            with_size!(dimension, of_atlas(name, points, model, pairs, progress))
+            with_size!(dimension, of_atlas(name, points, model, ends, progress))
         }
-        (Reconstruction::Mls, 2 | 3) => of_mls(name, points, model, pairs, progress),
+        (Reconstruction::Mls, 2 | 3) => of_mls(name, points, model, ends, progress),
         (Reconstruction::Mls, found) => Err(Failure::Usage(format!(
             "--surface mls: found points of {found} coordinates, expected 2 or 3; leave it out"
         ))),
@@ -128,14 +128,14 @@ fn of_atlas<const D: usize>(
     name: &str,
     points: &PointSet,
     model: &Model,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<D>(name, points, model, progress)?;
     note_changes(name, &atlas, progress);
     let geodesics = Geodesics::of_atlas(atlas);
     let rows_kept = points.rows_kept.as_deref();
-    let located = Located::new(geodesics, points.dimension, pairs, rows_kept);
+    let located = Located::new(geodesics, points.dimension, ends, rows_kept);
     Ok(Box::new(located))
 }
 
@@ -143,7 +143,7 @@ fn of_mls(
     name: &str,
     points: &PointSet,
     model: &Model,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<3>(name, points, model, progress)?;
@@ -151,7 +151,7 @@ fn of_mls(
     let geodesics = Geodesics::of_mls(atlas, None)
         .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
     let rows_kept = points.rows_kept.as_deref();
-    let located = Located::new(geodesics, points.dimension, pairs, rows_kept);
+    let located = Located::new(geodesics, points.dimension, ends, rows_kept);
     Ok(Box::new(located))
 }
 

@@ -61,11 +61,11 @@ impl Roll {
             ..PointSet::default()
         };
         let rows = SHOWN.map(|ends| ends.map(|share| nearest_row(&sheet, share)));
-        let pairs = rows.map(|pair| pair.map(End::Row)).to_vec();
+        let ends = rows.as_flattened().iter().copied().map(End::Row).collect();
         let exact = rows.map(|[from, to]| unrolled_distance(sheet[from], sheet[to]));
         Ok(Self {
             count: sheet.len(),
-            prepared: clouds::of_points("the roll", &points, &Model::default(), pairs, progress)?,
+            prepared: clouds::of_points("the roll", &points, &Model::default(), ends, progress)?,
             exact: exact.to_vec(),
         })
     }
@@ -76,7 +76,7 @@ impl Roll {
             alternatives: 0,
         };
         (0..self.exact.len())
-            .map(|pair| self.prepared.answer(pair, &request))
+            .map(|pair| self.prepared.answer([2 * pair, 2 * pair + 1], &request))
             .collect()
     }
 }

@@ -57,22 +57,22 @@ const MOST_SEEDS: usize = 128;
 /// The box of a shape is widened by this share of its size, so that the surface lies inside.
 const SLACK: f64 = 0.01;
 
-/// Makes the surface ready and locates the pairs on it.
+/// Makes the surface ready and locates the ends on it.
 pub fn prepare(
     settings: &EquationSettings,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    with_size!(settings.dimension, located(settings, pairs, progress))
+    with_size!(settings.dimension, located(settings, ends, progress))
 }
 
 fn located<const D: usize>(
     settings: &EquationSettings,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let geodesics = geodesics::<D>(settings, pairs.iter().flatten(), progress)?;
-    let located = Located::new(geodesics, settings.dimension, pairs, None);
+    let geodesics = geodesics::<D>(settings, &ends, progress)?;
+    let located = Located::new(geodesics, settings.dimension, ends, None);
     Ok(Box::new(located))
 }
 

@@ -1,6 +1,6 @@
 //! `taut sample --farthest`.
 
-use std::io::{self, Write};
+use std::io;
 
 use serde::Serialize;
 use taut::field;

@@ -47,6 +47,16 @@ Each distance comes with an estimate of its error, what the surface adds include
 the nearest source, the first is 0. What no source reaches is infinitely far.
 Without -o, --picture and --json the values go to standard output, a line a point.";
 
+const MATRIX_EXAMPLES: &str = "\
+Examples:
+  taut matrix scan.ply --sources points.xyz -o D.npy --errors E.npy
+  seq 0 100 9999 > rows.txt && taut matrix scan.ply --sources rows.txt -o D.npy --paths paths
+  taut matrix --shape torus:1,0.4 --sources a.npy --to b.npy -o D.npy --tol 1e-9
+  taut matrix scan.taut --sources points.xyz --radius 0.1 -o D.npz
+
+D[i, j] is the length of the shortest path from source i to source j, infinite where there is none. A run
+that was cut off, even by kill -9, goes on where it stopped when it is started again, to the same bytes.";
+
 const SAMPLE_EXAMPLES: &str = "\
 Examples:
   taut sample --shape torus:1,0.4 -n 4000 -o points.ply --picture points.png
@@ -95,6 +105,10 @@ pub enum Command {
     #[command(after_help = FIELD_EXAMPLES)]
     #[command(after_long_help = format!("{FIELD_EXAMPLES}\n\n{}", Exit::help()))]
     Field(FieldFlags),
+    /// Find the distances of all pairs of many points, as a NumPy matrix
+    #[command(after_help = MATRIX_EXAMPLES)]
+    #[command(after_long_help = format!("{MATRIX_EXAMPLES}\n\n{}", Exit::help()))]
+    Matrix(MatrixFlags),
     /// Tell what a surface is like, and warn of what may go wrong
     Check(CheckFlags),
     /// Fit a smooth surface to a scan and keep it in a file that every command takes as SURFACE
@@ -244,7 +258,7 @@ pub struct FieldFlags {
     #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
     pub tolerance: f64,
     /// Look no farther than this; what is farther counts as not reached
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub max_distance: Option<f64>,
     /// One JSON object that tells of the field
     #[arg(long)]
@@ -255,6 +269,49 @@ pub struct FieldFlags {
     /// Draw the surface coloured by the distance, with isolines
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct MatrixFlags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// The points that rows and columns stand for: a file of points, or of row numbers of SURFACE, one on each
+    /// line
+    #[arg(long, value_name = "FILE")]
+    pub sources: PathBuf,
+    /// Other points that the columns stand for
+    #[arg(long, value_name = "FILE")]
+    pub to: Option<PathBuf>,
+    /// Only pairs within this distance, in the units of SURFACE: a sparse matrix
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    pub radius: Option<f64>,
+    /// Largest relative error of a length
+    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    pub tolerance: f64,
+    /// How paths are pulled taut
+    #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
+    pub correction: Correction,
+    /// Most nodes of a path
+    #[arg(long, value_name = "N", default_value_t = 8192)]
+    pub most_nodes: usize,
+    /// Where to put the matrix: .npy, or .npz with --radius
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Write the estimated errors of the lengths as a matrix of the same kind
+    #[arg(long, value_name = "FILE")]
+    pub errors: Option<PathBuf>,
+    /// Write the paths to files in a new folder
+    #[arg(long, value_name = "FOLDER")]
+    pub paths: Option<PathBuf>,
+    /// The format of these files: ply, obj, csv, json, vtk or vtp
+    #[arg(long, value_name = "NAME", default_value = "csv", requires = "paths")]
+    pub paths_format: String,
+    /// Begin anew, whatever an earlier run has left unfinished
+    #[arg(long)]
+    pub restart: bool,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -11,6 +11,7 @@ mod farthest;
 mod field;
 mod fit;
 mod flags;
+mod matrix;
 mod models;
 mod output;
 mod path;
@@ -51,6 +52,7 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
     threads.install(|| match flags.command {
         Command::Path(flags) => path::run(&flags.try_into()?, &progress),
         Command::Field(flags) => field::run(&flags.try_into()?, &progress),
+        Command::Matrix(flags) => matrix::run(&flags.try_into()?, &progress),
         Command::Check(flags) => check::run(&flags.try_into()?, &progress),
         Command::Fit(flags) => fit::run(&flags.try_into()?, &progress),
         Command::Sample(flags) => sample::run(&flags.try_into()?, &progress),

@@ -123,25 +123,25 @@ impl FileModel {
     }
 }
 
-/// Makes a model ready and locates the pairs on it.
+/// Makes a model ready and locates the ends on it.
 pub fn prepare(
     file: &Path,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let model = read(file, progress)?;
-    with_size!(model.dimension, located(&model, pairs))
+    with_size!(model.dimension, located(&model, ends))
 }
 
 fn located<const D: usize>(
     model: &FileModel,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
 ) -> Result<Box<dyn Prepared>, Failure> {
     let geodesics = Geodesics::of_atlas(model.atlas::<D>()?);
     Ok(Box::new(Located::new(
         geodesics,
         model.dimension,
-        pairs,
+        ends,
         None,
     )))
 }

@@ -20,7 +20,8 @@ const CHUNK: usize = 256;
 pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure> {
     let pairs = pairs(&settings.ends)?;
     let count = pairs.len();
-    let prepared = surface::prepare(&settings.source, pairs, progress)?;
+    let ends = pairs.into_iter().flatten().collect();
+    let prepared = surface::prepare(&settings.source, ends, progress)?;
     progress.step("paths");
     progress.count_to(count);
     let mut worst = Exit::Success;
@@ -35,7 +36,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
         let answers: Vec<Answer> = chunk
             .into_par_iter()
             .map(|pair| {
-                let answer = prepared.answer(pair, &request);
+                let answer = prepared.answer([2 * pair, 2 * pair + 1], &request);
                 progress.done(1);
                 answer
             })

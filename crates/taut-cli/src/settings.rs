@@ -14,7 +14,8 @@ use taut_io::ReadOptions;
 
 use crate::exit::Failure;
 use crate::flags::{
-    CheckFlags, FieldFlags, FitFlags, PathFlags, SampleFlags, SourceFlags, SurfaceFlags,
+    CheckFlags, FieldFlags, FitFlags, MatrixFlags, PathFlags, SampleFlags, SourceFlags,
+    SurfaceFlags,
 };
 use crate::models;
 
@@ -273,6 +274,33 @@ impl TryFrom<FieldFlags> for FieldSettings {
     }
 }
 
+/// What `taut matrix` was asked to do.
+pub struct MatrixSettings {
+    pub source: Source,
+    /// A file of points or rows.
+    pub sources: PathBuf,
+    pub to: Option<PathBuf>,
+    /// Only pairs within this distance.
+    pub radius: Option<f64>,
+    pub correction: correction::Settings,
+    pub output: PathBuf,
+    pub errors: Option<PathBuf>,
+    pub paths: Option<PathsSettings>,
+    /// Whether to begin anew.
+    pub restart: bool,
+    pub json: bool,
+}
+
+/// Where many paths go.
+pub struct PathsSettings {
+    pub folder: PathBuf,
+    /// The extension that names the format.
+    pub format: String,
+}
+
+/// Formats that hold many paths in a file.
+const PATHS_FORMATS: [&str; 6] = ["ply", "obj", "csv", "json", "vtk", "vtp"];
+
 /// What `taut check` was asked to do.
 pub struct CheckSettings {
     pub source: Source,
@@ -484,6 +512,63 @@ impl TryFrom<PathFlags> for PathSettings {
             points: flags.points,
             output: flags.output,
             picture: flags.picture,
+        })
+    }
+}
+
+impl TryFrom<MatrixFlags> for MatrixSettings {
+    type Error = Failure;
+
+    fn try_from(flags: MatrixFlags) -> Result<Self, Failure> {
+        if let Some(radius) = flags.radius
+            && !(radius > 0.0 && radius.is_finite())
+        {
+            return Err(Failure::Usage(format!(
+                "--radius: found {radius}, expected a length above 0"
+            )));
+        }
+        let extension = if flags.radius.is_some() { "npz" } else { "npy" };
+        for file in std::iter::once(&flags.output).chain(&flags.errors) {
+            if file.extension().is_none_or(|found| found != extension) {
+                return Err(Failure::Usage(format!(
+                    "{}: expected the extension .{extension}, as a matrix {} --radius has; rename it",
+                    file.display(),
+                    if flags.radius.is_some() {
+                        "with"
+                    } else {
+                        "without"
+                    }
+                )));
+            }
+        }
+        if flags.errors.as_ref() == Some(&flags.output) {
+            return Err(Failure::Usage(format!(
+                "--errors: found {}, expected another file than --output names",
+                flags.output.display()
+            )));
+        }
+        let format = flags.paths_format;
+        if !PATHS_FORMATS.contains(&format.as_str()) {
+            return Err(Failure::Usage(format!(
+                "--paths-format: found {format}, expected one of {}",
+                PATHS_FORMATS.join(", ")
+            )));
+        }
+        Ok(Self {
+            source: flags.surface.try_into()?,
+            sources: flags.sources,
+            to: flags.to,
+            radius: flags.radius,
+            correction: correction::Settings {
+                tolerance: flags.tolerance,
+                most_nodes: flags.most_nodes,
+                scheme: flags.correction.into(),
+            },
+            output: flags.output,
+            errors: flags.errors,
+            paths: flags.paths.map(|folder| PathsSettings { folder, format }),
+            restart: flags.restart,
+            json: flags.json,
         })
     }
 }

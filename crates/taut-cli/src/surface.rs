@@ -14,6 +14,7 @@ use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place, coordinates, 
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
+use crate::matrix::fill::{self, Keep, Work};
 use crate::models;
 use crate::progress::Progress;
 use crate::settings::{End, Source};
@@ -25,13 +26,19 @@ pub struct Request {
     pub alternatives: usize,
 }
 
-/// A surface with pairs of ends located on it, its dimension forgotten.
+/// A surface with ends located on it, its dimension forgotten.
 pub trait Prepared: Sync {
     /// Coordinates of a point.
     fn dimension(&self) -> usize;
 
-    /// Finds the paths of a pair.
-    fn answer(&self, pair: usize, request: &Request) -> Answer;
+    /// Finds the paths between two of the ends.
+    fn answer(&self, pair: [usize; 2], request: &Request) -> Answer;
+
+    /// Refuses an end that has no place on the surface.
+    fn check_ends(&self) -> Result<(), Failure>;
+
+    /// Finds the paths of a table's blocks, and hands over each block when it is done.
+    fn fill(&self, work: &Work<'_>, keep: Keep<'_>) -> Result<(), Failure>;
 
     /// Points of the surface for a picture.
     fn samples(&self) -> FlatSamples;
@@ -77,11 +84,11 @@ pub struct FlatSamples {
     pub discs: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-/// A surface of R^D made ready, and pairs of ends on it.
+/// A surface of R^D made ready, and ends on it.
 pub struct Located<const D: usize, S: Guide<D>> {
-    geodesics: Geodesics<D, S>,
+    pub geodesics: Geodesics<D, S>,
     dimension: usize,
-    pairs: Vec<[EndNode<D, S::Place>; 2]>,
+    ends: Vec<EndNode<D, S::Place>>,
 }
 
 /// An end as the user named it; its node and how far it was moved there, or why it has none.
@@ -107,38 +114,60 @@ macro_rules! with_size {
 }
 pub(crate) use with_size;
 
-/// Makes a surface ready and locates the pairs on it.
+/// Makes a surface ready and locates the ends on it.
 pub fn prepare(
     source: &Source,
-    pairs: Vec<[End; 2]>,
+    ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     match source {
-        Source::Cloud(settings) => clouds::prepare(settings, pairs, progress),
-        Source::Model(file) => models::prepare(file, pairs, progress),
-        Source::Equations(settings) => equations::prepare(settings, pairs, progress),
+        Source::Cloud(settings) => clouds::prepare(settings, ends, progress),
+        Source::Model(file) => models::prepare(file, ends, progress),
+        Source::Equations(settings) => equations::prepare(settings, ends, progress),
     }
 }
 
 impl<const D: usize, S: Locate<D>> Located<D, S> {
-    /// Locates pairs of points of `dimension` coordinates; `rows_kept` are the file's rows that were
-    /// read, where some were not.
+    /// Locates points of `dimension` coordinates; `rows_kept` are the file's rows that were read, where some
+    /// were not.
     pub fn new(
         geodesics: Geodesics<D, S>,
         dimension: usize,
-        pairs: Vec<[End; 2]>,
+        ends: Vec<End>,
         rows_kept: Option<&[usize]>,
     ) -> Self {
         let locate = |named: End| {
             let located = locate(geodesics.surface(), dimension, rows_kept, &named);
             EndNode { named, located }
         };
-        let pairs = pairs.into_par_iter().map(|pair| pair.map(locate)).collect();
+        let ends = ends.into_par_iter().map(locate).collect();
         Self {
             geodesics,
             dimension,
-            pairs,
+            ends,
         }
+    }
+
+    /// The nodes of the ends, or why one cannot be used.
+    pub fn nodes(&self) -> Result<Vec<Node<D, S::Place>>, Failure> {
+        let node = |end: &EndNode<D, S::Place>| match &end.located {
+            Ok((node, _)) => Ok(*node),
+            Err(reason) => Err(Failure::End {
+                end: end.named.to_string(),
+                reason: reason.clone(),
+            }),
+        };
+        self.ends.iter().map(node).collect()
+    }
+
+    /// A path in the coordinates of the input.
+    pub fn found(&self, path: &Path<D>) -> FoundPath {
+        let surface = self.geodesics.surface();
+        let mut found = FoundPath::new(path, &surface.centre(), self.dimension);
+        found.surface_error = found
+            .surface_error
+            .filter(|_| surface.estimates_its_error());
+        found
     }
 
     fn paths(
@@ -147,7 +176,6 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
         to: &Node<D, S::Place>,
         request: &Request,
     ) -> Vec<FoundPath> {
-        let surface = self.geodesics.surface();
         let mut paths = match request.alternatives {
             0 => vec![self.geodesics.path(from, to, &request.correction)],
             more => self
@@ -157,14 +185,7 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
         if paths.is_empty() {
             paths.push(Path::none());
         }
-        let found = |path: &Path<D>| {
-            let mut found = FoundPath::new(path, &surface.centre(), self.dimension);
-            found.surface_error = found
-                .surface_error
-                .filter(|_| surface.estimates_its_error());
-            found
-        };
-        paths.iter().map(found).collect()
+        paths.iter().map(|path| self.found(path)).collect()
     }
 }
 
@@ -202,9 +223,9 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
         self.dimension
     }
 
-    fn answer(&self, pair: usize, request: &Request) -> Answer {
+    fn answer(&self, pair: [usize; 2], request: &Request) -> Answer {
         let centre = self.geodesics.surface().centre();
-        let ends = self.pairs[pair].each_ref();
+        let ends = pair.map(|end| &self.ends[end]);
         let mut paths = match ends.map(|end| &end.located) {
             [Ok((from, _)), Ok((to, _))] => self.paths(from, to, request),
             _ => vec![FoundPath {
@@ -223,6 +244,14 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
                 }),
             }),
         }
+    }
+
+    fn check_ends(&self) -> Result<(), Failure> {
+        self.nodes().map(|_| ())
+    }
+
+    fn fill(&self, work: &Work<'_>, keep: Keep<'_>) -> Result<(), Failure> {
+        fill::fill(self, work, keep)
     }
 
     fn samples(&self) -> FlatSamples {

@@ -2,7 +2,8 @@
 //!
 //! [`read`] takes a file of any known [`Format`] and answers a [`PointSet`]: coordinates in `f64`, row-major, exactly as
 //! in the file. Faces, edges and colours are left out and said so in [`PointSet::notes`]. [`read_pairs`] reads the pairs
-//! of ends of a batch. [`write_polylines`], [`write_points`] and [`write_table`] write by extension, through a temporary file that takes
+//! of ends of a batch, [`read_sources`] the sources of a matrix. [`write_polylines`], [`write_points`] and [`write_table`]
+//! write by extension, through a temporary file that takes
 //! the place of the old one only when it is complete.
 //!
 //! Declared counts are compared with the file's length before memory is asked for, so that a malformed file is answered
@@ -24,6 +25,7 @@ mod numbers;
 mod pairs;
 mod point_set;
 mod read;
+mod sources;
 mod text;
 mod write;
 
@@ -34,4 +36,8 @@ pub use numbers::{Numbers, read_numbers};
 pub use pairs::{Pairs, read_pairs, read_pairs_from};
 pub use point_set::{PointSet, ReadOptions};
 pub use read::read;
-pub use write::{Column, PointTable, Polyline, write_points, write_polylines, write_table};
+pub use sources::{Sources, read_sources};
+pub use write::{
+    Column, MatrixFile, PointTable, Polyline, SparseRows, write_points, write_polylines,
+    write_sparse, write_table,
+};

@@ -2,7 +2,7 @@
 
 mod pairs;
 
-pub use pairs::Guess;
+pub use pairs::{Guess, Origin};
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -12,7 +12,7 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
-use crate::guess::routes::{self, DETOUR, Route};
+use crate::guess::routes::{DETOUR, Route, Ways};
 use crate::result::{Path, Status};
 use crate::surface::Node;
 
@@ -38,7 +38,7 @@ struct Workspace<const D: usize, P> {
 const GUESSES: usize = 8;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
 /// that could still win by what pulling taut has changed so far.
-const CLOSE: f64 = 1.003;
+const CLOSE: f64 = 1.01;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 
@@ -216,10 +216,14 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let (start, end) = (self.entrances(from), self.entrances(to));
         let longest =
             detour * search.both_ways(&self.graph, self.landmarks(), &start, &end, detour);
-        let both = (&search.forward, &search.backward);
-        let through = |v| search.forward.distance(v) + search.backward.distance(v);
-        let reached = search.backward.reached();
-        let routes = routes::routes(&self.graph, both, through, reached, most, longest);
+        let (forward, backward) = (&search.forward, &search.backward);
+        let ways = Ways {
+            graph: &self.graph,
+            through: |v| forward.distance(v) + backward.distance(v),
+            before: |v| forward.previous(v),
+            after: |v| backward.previous(v),
+        };
+        let routes = ways.routes(backward.reached(), most, longest);
         self.along(from, to, routes)
     }
 

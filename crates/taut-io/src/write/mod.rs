@@ -4,12 +4,17 @@ pub(crate) mod atomic;
 mod csv;
 mod json;
 mod las;
+mod matrix;
 mod npy;
+mod npz;
 mod obj;
 mod ply;
 mod vtk;
 mod vtp;
 mod xyz;
+
+pub use matrix::MatrixFile;
+pub use npz::{SparseRows, write_sparse};
 
 use std::ffi::OsStr;
 use std::io::{self, Write};

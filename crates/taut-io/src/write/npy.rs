@@ -1,4 +1,4 @@
-//! NPY version 1: float64, little endian, C order.
+//! NPY version 1: little endian, C order.
 
 use std::io::{self, Write};
 
@@ -27,18 +27,28 @@ fn write_rows(out: &mut dyn Write, dimension: usize, values: &[f64]) -> io::Resu
 }
 
 fn write_array(out: &mut dyn Write, shape: &str, values: &[f64]) -> io::Result<()> {
-    const ALIGNMENT: usize = 64;
-    const BEFORE_HEADER: usize = 10;
-    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
-    let length = (BEFORE_HEADER + header.len() + 1).next_multiple_of(ALIGNMENT) - BEFORE_HEADER;
-    header.extend(std::iter::repeat_n(' ', length - 1 - header.len()));
-    header.push('\n');
-    out.write_all(b"\x93NUMPY\x01\x00")?;
-    // Two sizes of at most 20 digits each leave the header far below 2^16 bytes.
-    out.write_all(&(length as u16).to_le_bytes())?;
-    out.write_all(header.as_bytes())?;
+    out.write_all(&header("<f8", shape))?;
+    write_values(out, values)
+}
+
+pub(super) fn write_values(out: &mut (impl Write + ?Sized), values: &[f64]) -> io::Result<()> {
     for value in values {
         out.write_all(&value.to_le_bytes())?;
     }
     Ok(())
+}
+
+/// What stands before the numbers of an array of the given type and shape, a tuple of Python.
+pub(super) fn header(kind: &str, shape: &str) -> Vec<u8> {
+    const ALIGNMENT: usize = 64;
+    const BEFORE_TEXT: usize = 10;
+    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
+    let length = (BEFORE_TEXT + text.len() + 1).next_multiple_of(ALIGNMENT) - BEFORE_TEXT;
+    text.extend(std::iter::repeat_n(' ', length - 1 - text.len()));
+    text.push('\n');
+    // Two sizes of at most 20 digits each leave the header far below 2^16 bytes.
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend((length as u16).to_le_bytes());
+    header.extend(text.bytes());
+    header
 }

@@ -7,11 +7,13 @@ pub(crate) mod flow;
 pub(crate) mod length;
 pub(crate) mod newton;
 pub(crate) mod nodes;
+mod rough;
 
 use crate::Vector;
 use crate::correction::curve::Curve;
 use crate::correction::newton::{Level, Solver};
 use crate::correction::nodes::Profile;
+use crate::correction::rough::Rough;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
@@ -63,7 +65,7 @@ impl<const D: usize, P: Copy> Taut<D, P> {
     /// Two straightened paths of nearly the same length whose middles lie together are one.
     pub fn runs_with(&self, other: &Self, relative: f64) -> bool {
         (self.length() - other.length()).abs() <= relative * self.length()
-            && (self.halfway() - other.halfway()).norm() <= 0.05 * self.length()
+            && (self.halfway() - other.halfway()).norm() <= 0.02 * self.length()
     }
 
     fn halfway(&self) -> Vector<D> {
@@ -90,6 +92,9 @@ const COARSE_ERROR: f64 = 0.01;
 const MOST_STEPS: usize = 25;
 /// Steps per level of the final path; one that is not taut then may need more nodes first.
 const LEVEL_STEPS: usize = 12;
+/// Relative error of the length that Newton leaves on the cheap view of a surface, far above what that errs by.
+const ROUGH_TOLERANCE: f64 = 1e-7;
+const ROUGH_STEPS: usize = 6;
 const MOST_ESCAPES: usize = 4;
 const MOST_LEVELS: usize = 10;
 
@@ -102,6 +107,7 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
     guess: &[Node<D, S::Place>],
     solver: &mut Solver<D, S::Place>,
 ) -> Option<Straight<D, S::Place>> {
+    let surface = &Rough(surface);
     let profile = nodes::profile(surface, guess, &mut solver.scratch);
     let mut segments = ((profile.turning / COARSE_TURNING).ceil() as usize).max(COARSE_SEGMENTS);
     let mut steps = 0;
@@ -182,10 +188,15 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let mut escapes = 0;
     let mut error = COARSE_ERROR;
     for _ in 0..MOST_LEVELS {
-        let Some(mut curve) = taut
-            .curve
-            .refit(surface, degree, &knots, &mut solver.scratch)
-        else {
+        let roughly_taut = roughly_taut(surface, &taut, degree, &knots, solver);
+        if let Some((_, more)) = roughly_taut {
+            steps += more;
+        }
+        let refitted = roughly_taut.map(|(curve, _)| curve).or_else(|| {
+            let scratch = &mut solver.scratch;
+            taut.curve.refit(surface, degree, &knots, scratch)
+        });
+        let Some(mut curve) = refitted else {
             return finish(surface, taut, Status::OffSurface, error, solver);
         };
         let newton_tolerance = (0.01 * settings.tolerance).max(1e-15);
@@ -223,6 +234,29 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
         knots = nodes::insert(&taut.curve.spans, &marked);
     }
     finish(surface, taut, Status::NotResolved, error, solver)
+}
+
+/// The path on new elements, pulled taut on the cheap view of the surface where there is one and then put onto the
+/// surface itself, and the steps taken: Newton has one step left then, as a rule. `None` where that fails.
+fn roughly_taut<const D: usize, S: Surface<D>>(
+    surface: &S,
+    taut: &Taut<D, S::Place>,
+    degree: usize,
+    knots: &[f64],
+    solver: &mut Solver<D, S::Place>,
+) -> Option<(Curve<D, S::Place>, usize)> {
+    if !surface.has_cheap_view() {
+        return None;
+    }
+    let rough = &Rough(surface);
+    let refitted = taut.curve.refit(rough, degree, knots, &mut solver.scratch);
+    let mut curve = refitted?;
+    let level = solver.solve(rough, &mut curve, ROUGH_TOLERANCE, ROUGH_STEPS)?;
+    let last = curve.nodes.len() - 1;
+    for node in &mut curve.nodes[1..last] {
+        node.point = surface.foot(&node.point, &mut node.place, &mut solver.scratch)?;
+    }
+    Some((curve, level.steps))
 }
 
 /// Fractions of length as fractions of the curve's parameter.
@@ -296,7 +330,9 @@ fn finish<const D: usize, S: Surface<D>>(
     let last = taut.curve.nodes.len() - 1;
     solver.weigh_pulls(&taut.curve);
     for (i, node) in taut.curve.nodes.iter().enumerate() {
-        let normal = if surface.geometry(&node.point, node.place, &mut solver.scratch) {
+        let known = solver.recall(i, last + 1)
+            || surface.geometry(&node.point, node.place, &mut solver.scratch);
+        let normal = if known {
             if (1..last).contains(&i) {
                 let curvature = solver.geodesic_curvature(i);
                 path.max_geodesic_curvature = path.max_geodesic_curvature.max(curvature);

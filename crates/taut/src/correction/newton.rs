@@ -39,6 +39,8 @@ pub(crate) struct Solver<const D: usize, P> {
     masses: Vec<f64>,
     squared_speed: f64,
     trial: Vec<Node<D, P>>,
+    /// The geometries are those at the nodes of the path last solved.
+    is_current: bool,
     pub scratch: Geometry<D>,
 }
 
@@ -49,6 +51,9 @@ const MOST_SHIFTS: usize = 24;
 /// Share of the length that a Newton step leaves, per square of the share that it changes: below 1 for
 /// most paths, up to 30 where the ends are nearly conjugate.
 const SQUARED: f64 = 64.0;
+/// Relative change of the length below which a step need not be taken: before that it betters the guess for what
+/// follows.
+const NOT_WORTH_A_STEP: f64 = 1e-6;
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
 
@@ -77,12 +82,14 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             masses: Vec::new(),
             squared_speed: 0.0,
             trial: Vec::new(),
+            is_current: false,
             scratch: Geometry::new(codimension),
         }
     }
 
     /// Pulls the path taut on its present elements, until Newton's step leaves a relative error of the
-    /// length below `tolerance`, or for `most_steps` steps.
+    /// length below `tolerance` or would itself change it by less (and by less than is worth a step), or for `most_steps`
+    /// steps.
     ///
     /// `None` where the surface has no tangent space at a node.
     pub fn solve<S: Surface<D, Place = P>>(
@@ -92,6 +99,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         tolerance: f64,
         most_steps: usize,
     ) -> Option<Level> {
+        self.is_current = false;
         let mut measure = curve.measure(&mut self.pull);
         let mut level = Level {
             converged: false,
@@ -121,6 +129,11 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                 if index == Some(0) {
                     let decrement = self.newton_step();
                     let change = 0.5 * decrement / measure.energy;
+                    if shift == 0.0 && rim == 0.0 && change < tolerance.min(NOT_WORTH_A_STEP) {
+                        (level.converged, level.left) = (true, change);
+                        self.is_current = true;
+                        return Some(level);
+                    }
                     if let Some((trial, energy)) = self.attempt(surface, curve, measure) {
                         let rounding = 1e-14 * (curve.degree * curve.degree) as f64 * penalised;
                         if energy <= penalised + rounding {
@@ -212,6 +225,16 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     pub fn geodesic_curvature(&self, i: usize) -> f64 {
         let residual = self.scratch.project(&self.pull[i]).norm();
         residual / self.masses[i] / self.squared_speed
+    }
+
+    /// Puts the geometry at a node of the path last solved into `scratch`, if it is known: what the last step found
+    /// where it did not move the path.
+    pub fn recall(&mut self, node: usize, nodes: usize) -> bool {
+        let known = self.is_current && (1..nodes - 1).contains(&node);
+        if known {
+            std::mem::swap(&mut self.scratch, &mut self.geometries[node - 1]);
+        }
+        known
     }
 
     /// The parameter's share of every node: the lumped mass matrix.

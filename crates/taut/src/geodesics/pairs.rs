@@ -5,8 +5,7 @@ use rayon::prelude::*;
 use crate::correction::Settings;
 use crate::geodesics::{CLOSE, GUESSES, Geodesics};
 use crate::guess::Guide;
-use crate::guess::dijkstra::Distances;
-use crate::guess::routes::{self, DETOUR};
+use crate::guess::routes::{DETOUR, Ways};
 use crate::result::Path;
 use crate::surface::{Geometry, Node};
 
@@ -23,6 +22,8 @@ pub struct Guess<const D: usize, P> {
 const PIECES: usize = 16;
 /// Nodes looked at together for those near a route.
 const BLOCK: usize = 16;
+/// How much longer the way along the graph may be than the geodesic, less the steps onto it.
+const STRETCH: f32 = 1.25;
 
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// The shortest way along the graph, `None` where there is none.
@@ -62,58 +63,127 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// What `keep` makes of the shortest geodesic found between any two of n nodes: for i < j, pair
     /// (i, j) comes after all (i', j) with i' < i and all (., j') with j' < j. In parallel.
     ///
-    /// n spreads of distances over the whole graph, each kept in 24 bytes a node of it, and then
-    /// n (n - 1) / 2 corrections as in [`path`](Self::path).
+    /// n spreads of distances over the whole graph, each kept in 8 bytes a node of it, and then
+    /// n (n - 1) / 2 corrections as in [`path`](Self::path). [`origin`](Self::origin) and
+    /// [`path_between`](Self::path_between) do the same for any part of the pairs.
     pub fn all_pairs<T: Send>(
         &self,
         nodes: &[Node<D, S::Place>],
         settings: &Settings,
         keep: impl Fn([usize; 2], Path<D>) -> T + Sync,
     ) -> Vec<T> {
-        let from_each: Vec<End> = nodes.par_iter().map(|node| self.spread(node)).collect();
+        let origins: Vec<Origin<D, S::Place>> =
+            nodes.par_iter().map(|node| self.origin(node)).collect();
         let pairs: Vec<[usize; 2]> = (0..nodes.len())
             .flat_map(|j| (0..j).map(move |i| [i, j]))
             .collect();
         pairs
             .into_par_iter()
-            .map(|pair| {
-                let [start, end] = pair.map(|i| &from_each[i]);
-                let longest = DETOUR * start.distance(end);
-                let both = (&start.distances, &end.distances);
-                let near = start.between(end, longest);
-                let through = |v| start.lengths[v as usize] + end.lengths[v as usize];
-                let routes = routes::routes(&self.graph, both, through, &near, GUESSES, longest);
-                let guesses = self.along(&nodes[pair[0]], &nodes[pair[1]], routes);
-                let mut workspace = self.take_workspace();
-                let paths = self.pull_taut(&guesses, settings, CLOSE, &mut workspace.solver);
-                self.put_back(workspace);
-                keep(pair, paths.into_iter().next().unwrap_or_else(Path::none))
+            .map(|[i, j]| {
+                let path = self.path_between(&origins[i], &origins[j], settings);
+                keep([i, j], path)
             })
             .collect()
     }
 
-    fn spread(&self, node: &Node<D, S::Place>) -> End {
+    /// Spreads the distances along the graph from a node, for paths to many others. About O(n) in the nodes of
+    /// the graph, of which each takes 8 bytes.
+    #[must_use]
+    pub fn origin(&self, node: &Node<D, S::Place>) -> Origin<D, S::Place> {
         let entrances = self.entrances(node);
-        let mut distances = Distances::new(&self.graph);
-        distances.search(&self.graph, &entrances, |_| 0.0, |_, _| f32::INFINITY);
-        let lengths = (0..self.graph.nodes.len() as u32).map(|v| distances.distance(v));
-        End {
+        let mut workspace = self.take_workspace();
+        let found = &mut workspace.search.forward;
+        found.clear();
+        found.search(&self.graph, &entrances, |_| 0.0, |_, _| f32::INFINITY);
+        let count = self.graph.nodes.len() as u32;
+        let origin = Origin {
+            node: *node,
             entrances,
-            lengths: lengths.collect(),
-            distances,
+            lengths: (0..count).map(|v| found.distance(v)).collect(),
+            previous: (0..count).map(|v| found.previous(v)).collect(),
+        };
+        self.put_back(workspace);
+        origin
+    }
+
+    /// The shortest geodesic found between two origins, as [`path`](Self::path) finds it.
+    #[must_use]
+    pub fn path_between(
+        &self,
+        from: &Origin<D, S::Place>,
+        to: &Origin<D, S::Place>,
+        settings: &Settings,
+    ) -> Path<D> {
+        let longest = DETOUR * from.distance(to);
+        if longest == f32::INFINITY {
+            return Path::none();
         }
+        let near = from.between(to, longest);
+        let ways = Ways {
+            graph: &self.graph,
+            through: |v| from.lengths[v as usize] + to.lengths[v as usize],
+            before: |v| from.previous[v as usize],
+            after: |v| to.previous[v as usize],
+        };
+        let routes = ways.routes(&near, GUESSES, longest);
+        let guesses = self.along(&from.node, &to.node, routes);
+        let mut workspace = self.take_workspace();
+        let paths = self.pull_taut(&guesses, settings, CLOSE, &mut workspace.solver);
+        self.put_back(workspace);
+        paths.into_iter().next().unwrap_or_else(Path::none)
+    }
+
+    /// Which of the nodes may be within a geodesic distance from one, in the input's units, in ascending order: all that
+    /// are, and few others. None is left out unless the way along the graph, less the steps onto it, is longer
+    /// than 1.25 times the geodesic.
+    ///
+    /// O(n) in the number of nodes and in that of the graph's nodes within the distance.
+    #[must_use]
+    pub fn maybe_within(
+        &self,
+        from: &Node<D, S::Place>,
+        nodes: &[Node<D, S::Place>],
+        distance: f64,
+    ) -> Vec<usize> {
+        let longest_of = |entrances: &[(u32, f32)]| {
+            let lengths = entrances.iter().map(|entrance| entrance.1);
+            lengths.fold(0.0, f32::max)
+        };
+        let along_graph = STRETCH * distance as f32;
+        let start = self.entrances(from);
+        let first = longest_of(&start);
+        let mut workspace = self.take_workspace();
+        let found = &mut workspace.search.forward;
+        found.clear();
+        // From the last node of the way on it is one step more.
+        let most = along_graph + first;
+        found.search(&self.graph, &start, |_| 0.0, |_, _| most);
+        let near = |node: &Node<D, S::Place>| {
+            if (node.point - from.point).norm() > distance {
+                return false;
+            }
+            let end = self.entrances(node);
+            let ways = end.iter().map(|(v, length)| found.distance(*v) + length);
+            ways.fold(f32::INFINITY, f32::min) <= most + longest_of(&end)
+        };
+        let chosen = nodes.iter().enumerate().filter(|(_, node)| near(node));
+        let chosen = chosen.map(|(i, _)| i).collect();
+        self.put_back(workspace);
+        chosen
     }
 }
 
-/// An end of many pairs, with the distances of the whole graph from it.
-struct End {
+/// A node with the distances of the whole graph from it.
+#[derive(Clone, Debug)]
+pub struct Origin<const D: usize, P> {
+    node: Node<D, P>,
     entrances: Vec<(u32, f32)>,
-    distances: Distances,
-    /// The distances alone, close together.
     lengths: Vec<f32>,
+    /// The node before on the shortest way.
+    previous: Vec<u32>,
 }
 
-impl End {
+impl<const D: usize, P> Origin<D, P> {
     /// The nodes on routes at most so long.
     fn between(&self, other: &Self, longest: f32) -> Vec<u32> {
         let mut near = Vec::new();
@@ -135,7 +205,7 @@ impl End {
     /// Distance along the graph, infinite where there is none.
     fn distance(&self, other: &Self) -> f32 {
         let ways = other.entrances.iter();
-        ways.map(|(node, length)| self.distances.distance(*node) + length)
+        ways.map(|(node, length)| self.lengths[*node as usize] + length)
             .fold(f32::INFINITY, f32::min)
     }
 }

@@ -17,6 +17,11 @@ pub(crate) trait LevelSet<const D: usize> {
 
     /// A length: steps beyond it mean that the iteration is lost.
     fn reach(&self, place: Self::Place) -> f64;
+
+    /// How far from the surface a foot may be, in reaches; no nearer than rounding lets it.
+    fn slack(&self) -> f64 {
+        0.0
+    }
 }
 
 const MOST_STEPS: usize = 40;
@@ -26,7 +31,8 @@ const SETTLED: f64 = 1e-4;
 const LARGEST_CURVATURE: f64 = 16.0;
 
 /// Newton-Raphson to the surface, x <- x - J^+ F (12): quadratic, and for one equation the paper's
-/// x - F grad F / |grad F|^2. Stops when a step no longer moves `x` beyond rounding.
+/// x - F grad F / |grad F|^2. Stops when a step no longer moves `x` beyond
+/// rounding, or the slack allowed.
 pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
     level_set: &L,
     x: &Vector<D>,
@@ -52,7 +58,7 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
             step *= reach / length;
         }
         x -= step;
-        let rounding = 4.0 * f64::EPSILON * x.amax();
+        let rounding = (4.0 * f64::EPSILON * x.amax()).max(level_set.slack() * reach);
         // Quadratic convergence: the next step is this one squared times a curvature, the larger of
         // that which the last two show and what a surface of this reach may have.
         let next = length * length * (length / (last * last)).max(LARGEST_CURVATURE / reach);

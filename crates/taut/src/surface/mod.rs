@@ -58,6 +58,21 @@ pub trait Surface<const D: usize>: Sync {
         self.geometry(x, place, out)
     }
 
+    /// As [`foot`](Self::foot), of the same, and near enough to it for a first look: a millionth of a chart's radius.
+    fn cheap_foot(
+        &self,
+        x: &Vector<D>,
+        place: &mut Self::Place,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Vector<D>> {
+        self.foot(x, place, scratch)
+    }
+
+    /// Whether [`cheap_geometry`](Self::cheap_geometry) and [`cheap_foot`](Self::cheap_foot) do cost less.
+    fn has_cheap_view(&self) -> bool {
+        false
+    }
+
     /// How far `x` lies beyond the known extent of the surface (a hole or rim of a point cloud), and
     /// the gradient of that depth; `None` inside, and everywhere on a surface without rims.
     fn beyond_rim(&self, _x: &Vector<D>, _place: Self::Place) -> Option<(f64, Vector<D>)> {

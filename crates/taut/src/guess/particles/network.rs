@@ -151,6 +151,27 @@ impl<const D: usize, S: Surface<D>> Surface<D> for Network<D, S> {
         self.surface.geometry(x, place, out)
     }
 
+    fn find_place(&self, x: &Vector<D>, place: &mut S::Place, scratch: &mut Geometry<D>) -> bool {
+        self.surface.find_place(x, place, scratch)
+    }
+
+    fn cheap_geometry(&self, x: &Vector<D>, place: S::Place, out: &mut Geometry<D>) -> bool {
+        self.surface.cheap_geometry(x, place, out)
+    }
+
+    fn cheap_foot(
+        &self,
+        x: &Vector<D>,
+        place: &mut S::Place,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Vector<D>> {
+        self.surface.cheap_foot(x, place, scratch)
+    }
+
+    fn has_cheap_view(&self) -> bool {
+        self.surface.has_cheap_view()
+    }
+
     fn beyond_rim(&self, x: &Vector<D>, place: S::Place) -> Option<(f64, Vector<D>)> {
         self.surface.beyond_rim(x, place)
     }

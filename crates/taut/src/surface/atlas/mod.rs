@@ -47,6 +47,8 @@ pub type ChartIndex = u32;
 
 /// A first guess may cut across a rim by this many spacings.
 const CROSSING: f64 = 0.75;
+/// Slack of feet on a single chart, in radii.
+const SLACK: f64 = 1e-6;
 /// Charts looked at at a time for those that overlap a point.
 const LOOKED_AT: usize = 32;
 
@@ -245,6 +247,32 @@ impl<const D: usize> Atlas<D> {
         }
     }
 
+    /// The equations of a chart alone.
+    fn single<const HESSIANS: bool>(
+        &self,
+        x: &Vector<D>,
+        place: ChartIndex,
+        out: &mut Geometry<D>,
+    ) {
+        let chart = &self.charts[place as usize];
+        let (m, offset) = (out.codimension, x - chart.origin);
+        if m == 1 {
+            put(
+                &chart.equation::<HESSIANS>(&self.monomials, 1, 0, &offset),
+                0,
+                out,
+            );
+            return;
+        }
+        for a in 0..m {
+            put(
+                &chart.equation::<HESSIANS>(&self.monomials, m, a, &offset),
+                a,
+                out,
+            );
+        }
+    }
+
     /// [`blend`](Self::blend) of m equations; inlined, so that a known m unrolls its loops.
     #[inline(always)]
     fn blend_of<const HESSIANS: bool>(
@@ -349,6 +377,29 @@ impl<const D: usize> LevelSet<D> for Atlas<D> {
     }
 }
 
+/// The charts of an atlas one at a time, without a blend.
+struct SingleCharts<'a, const D: usize>(&'a Atlas<D>);
+
+impl<const D: usize> LevelSet<D> for SingleCharts<'_, D> {
+    type Place = ChartIndex;
+
+    fn locate(&self, x: &Vector<D>, place: &mut ChartIndex) -> bool {
+        self.0.locate(x, place)
+    }
+
+    fn gradients(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) {
+        self.0.single::<false>(x, place, out);
+    }
+
+    fn reach(&self, place: ChartIndex) -> f64 {
+        self.0.reach(place)
+    }
+
+    fn slack(&self) -> f64 {
+        SLACK
+    }
+}
+
 impl<const D: usize> Surface<D> for Atlas<D> {
     type Place = ChartIndex;
 
@@ -374,12 +425,24 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         if self.is_noisy() {
             return self.geometry(x, place, out);
         }
-        let (chart, m) = (&self.charts[place as usize], out.codimension);
-        for a in 0..m {
-            let jet = chart.equation::<true>(&self.monomials, m, a, &(x - chart.origin));
-            put(&jet, a, out);
-        }
+        self.single::<true>(x, place, out);
         out.factor()
+    }
+
+    fn cheap_foot(
+        &self,
+        x: &Vector<D>,
+        place: &mut ChartIndex,
+        scratch: &mut Geometry<D>,
+    ) -> Option<Vector<D>> {
+        if self.is_noisy() {
+            return self.foot(x, place, scratch);
+        }
+        level_set::foot(&SingleCharts(self), x, place, scratch)
+    }
+
+    fn has_cheap_view(&self) -> bool {
+        !self.is_noisy()
     }
 
     fn find_place(
