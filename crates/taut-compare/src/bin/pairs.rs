@@ -99,7 +99,10 @@ fn measure(
             let [i, j] = *pair;
             let all = geodesics.alternatives(&nodes[i], &nodes[j], &settings, 4);
             let lengths: Vec<f64> = all.iter().map(|path| path.length).collect();
-            println!("   {pair:?} {error:.1e}: true {}, found {lengths:?}", truths[j][i]);
+            println!(
+                "   {pair:?} {error:.1e}: true {}, found {lengths:?}",
+                truths[j][i]
+            );
         }
     }
     Ok(())
