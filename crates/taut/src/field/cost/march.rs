@@ -366,11 +366,7 @@ fn least<const D: usize>(
     for (i, spoke) in ring.iter().enumerate() {
         let next = ring[(i + 1) % ring.len()].to;
         let known = |i: u32| first[i as usize].cost.is_finite();
-        if spoke.joined
-            && known(spoke.to)
-            && known(next.to)
-            && (nearer(spoke.to) || nearer(next.to))
-        {
+        if spoke.joined && known(spoke.to) && known(next) && (nearer(spoke.to) || nearer(next)) {
             consider([spoke.to, next]);
         } else if nearer(spoke.to) {
             consider([spoke.to; 2]);

@@ -133,7 +133,8 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> W
     let slopes = [a, b].map(|end| end.gradient.map_or(rise, |g| g.dot(&edge)));
     // Slopes may make valleys of the cost with a kink, where a cubic would be too low.
     let most = KINK * 0.5 * (a.rate + b.rate) * edge.norm();
-    let smooth = slope == Slope::Level || slopes.iter().all(|slope| (slope - rise).abs() <= most);
+    let smooth =
+        to.slope == Slope::Level || slopes.iter().all(|slope| (slope - rise).abs() <= most);
     let slopes = if smooth { slopes } else { [rise; 2] };
     let segment = Segment {
         to,
