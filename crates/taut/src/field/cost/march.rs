@@ -20,8 +20,11 @@ const LEAST: f64 = 1e-10;
 /// Sweeps with cubic segments: where costs depend on the direction least ways need not come in order.
 const SWEEPS: usize = 2;
 const SWEEPS_OF_SLOPES: usize = 4;
-/// Where a way turns round a point, what it turns round is known to this share of a spacing.
-const CORNER: f64 = 0.5;
+/// What a way turns round by more than this is known to so many spacings.
+const CORNER: f64 = 1.0;
+const TURN: f64 = 0.2;
+/// Where costs jump, a way's last step costs more or less by this share of the jump.
+const JUMP: f64 = 0.5;
 
 /// A source: where it lies, a node of the graph beside it, and its start value.
 pub(crate) struct Origin<const D: usize> {
@@ -94,7 +97,7 @@ pub(crate) fn find<const D: usize>(
     let start = beside(net, sources)?;
     let first = in_order(net, start, longest);
     let mut order: Vec<u32> = (0..first.len() as u32)
-        .filter(|i| first[*i as usize].cost <= longest)
+        .filter(|i| first[*i as usize].cost.is_finite())
         .collect();
     order.sort_by(|a, b| {
         let cost = |i: u32| first[i as usize].cost;
@@ -105,20 +108,25 @@ pub(crate) fn find<const D: usize>(
         || swept(net, &net.inner, &first, &order),
         || swept(net, &net.outer, &first, &order),
     );
-    let value = |(inner, outer): (&Label<D>, &Label<D>)| {
+    let value = |((inner, outer), first): ((&Label<D>, &Label<D>), &Label<D>)| {
         let direction = inner.step.try_normalize(0.0).unwrap_or_else(Vector::zeros);
         if inner.cost > longest {
             return Value::unreached();
         }
+        let mut differ = (inner.cost - outer.cost).abs();
+        if net.slope != Slope::Level {
+            // Ways may go to and fro between two directions, and where they do no order is known.
+            differ = differ.max((inner.cost - first.cost).abs());
+        }
         Value {
             distance: inner.cost,
-            error: (inner.cost - outer.cost).abs() + inner.doubt,
+            error: differ + inner.doubt,
             source: inner.source,
             direction,
         }
     };
     Ok(Found {
-        values: inner.iter().zip(&outer).map(value).collect(),
+        values: inner.iter().zip(&outer).zip(&first).map(value).collect(),
         gradients: inner.iter().map(|label| label.gradient).collect(),
     })
 }
@@ -180,18 +188,24 @@ fn label<const D: usize>(
     net: &Net<D>,
     labels: &[Label<D>],
     way: &Way<D>,
+    point: u32,
     ends: [u32; 2],
 ) -> Label<D> {
     let [a, b] = ends.map(|end| &labels[end as usize]);
-    let from = if way.share <= 0.5 { a } else { b };
+    let (from, end) = if way.share <= 0.5 {
+        (a, ends[0] as usize)
+    } else {
+        (b, ends[1] as usize)
+    };
     let mut doubt = a.doubt + way.share * (b.doubt - a.doubt);
-    if way.share == 0.0 || way.share == 1.0 {
-        let corner = ends[usize::from(way.share == 1.0)] as usize;
-        let [before, after] = [from.step, way.step].map(|s| s.try_normalize(0.0));
-        if let (Some(before), Some(after)) = (before, after) {
-            doubt += CORNER * net.spacing[corner] * net.costs[corner] * (after - before).norm();
+    let [before, after] = [from.step, way.step].map(|s| s.try_normalize(0.0));
+    if let (Some(before), Some(after)) = (before, after) {
+        let turn = (after - before).norm();
+        if turn > TURN && net.slope == Slope::Level {
+            doubt += CORNER * net.spacing[end] * net.costs[end] * turn;
         }
     }
+    doubt += JUMP * net.jumps[point as usize] * way.step.norm();
     Label {
         cost: way.cost,
         gradient: way.gradient,
@@ -211,7 +225,7 @@ fn in_order<const D: usize>(
     let users = users(&net.inner, labels.len());
     let mut heap: BinaryHeap<Waiting> = (0..)
         .zip(&labels)
-        .filter(|(_, label)| label.cost <= longest)
+        .filter(|(_, label)| label.cost.is_finite() && label.cost <= longest)
         .map(|(point, label)| Waiting {
             cost: label.cost,
             point,
@@ -266,7 +280,7 @@ fn improve<const D: usize>(
     let from = ends.map(|end| known(net, labels, end, false));
     let way = through(&net.target(point), [&from[0], &from[1]]);
     if way.cost < held * (1.0 - LEAST) && way.cost <= longest {
-        labels[point as usize] = label(net, labels, &way, ends);
+        labels[point as usize] = label(net, labels, &way, point, ends);
         heap.push(Waiting {
             cost: way.cost,
             point,
@@ -358,7 +372,7 @@ fn least<const D: usize>(
             consider([spoke.to; 2]);
         }
     }
-    best.map(|(way, ends)| label(net, labels, &way, ends))
+    best.map(|(way, ends)| label(net, labels, &way, point, ends))
 }
 
 impl<const D: usize> Found<D> {

@@ -5,7 +5,7 @@
 //! of them than the charts: each point takes the least way through the segments between its neighbours
 //! (ordered upwind methods: J. A. Sethian, A. Vladimirsky, SIAM Journal on Numerical Analysis 41, 2003), the cost
 //! on a segment being cubic by its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron,
-//! Journal of Scientific Computing 89, 2021).
+//! SIAM Journal on Scientific Computing 43, 2021).
 
 mod march;
 mod net;

@@ -10,9 +10,12 @@ use crate::field::frame::Frame;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Surface};
 
-/// Neighbours in the inner ring, by rank of their distance, and in the outer one.
-const INNER: std::ops::Range<usize> = 0..10;
-const OUTER: std::ops::Range<usize> = 8..24;
+/// The nearest neighbours from which a ring is made, by rank of their distance: the inner and the outer one.
+const INNER: std::ops::Range<usize> = 0..40;
+const OUTER: std::ops::Range<usize> = 10..70;
+/// Neighbours join a ring, nearest first, at least so many radians from others, until no gap is wider than this.
+const CLOSEST: f64 = 0.35;
+const CLOSED: f64 = 1.05;
 /// Neighbours farther apart than this many radians have no segment between them.
 const WIDEST: f64 = 2.0;
 /// Where a straight step is looked at: between its ends.
@@ -67,6 +70,8 @@ pub(crate) struct Net<const D: usize> {
     pub outer: Rings,
     /// Distance from each point to the nearest others.
     pub spacing: Vec<f64>,
+    /// By how much costs round each point differ from a linear function.
+    pub jumps: Vec<f64>,
     /// For each node of the graph its points and those of the nodes beside it.
     by_chart: Lists,
     around: Lists,
@@ -107,6 +112,7 @@ impl<const D: usize> Net<D> {
             inner: Rings::default(),
             outer: Rings::default(),
             spacing: Vec::new(),
+            jumps: Vec::new(),
             by_chart,
             around,
         };
@@ -120,6 +126,10 @@ impl<const D: usize> Net<D> {
         net.spacing = found.iter().map(|f| f.2).collect();
         let (inner, outer): (Vec<_>, Vec<_>) = found.into_iter().map(|f| (f.0, f.1)).unzip();
         (net.inner, net.outer) = (Rings::new(inner.into_iter()), Rings::new(outer.into_iter()));
+        net.jumps = (0..net.points.len() as u32)
+            .into_par_iter()
+            .map(|point| net.jump(point))
+            .collect();
         Ok(net)
     }
 
@@ -171,7 +181,7 @@ impl<const D: usize> Net<D> {
     ) -> (Vec<Spoke>, Vec<Spoke>, f64) {
         let x = self.points[point as usize];
         let chart = atlas.owner(point as usize);
-        let mut near = self.nearest(&x, chart, 2 * OUTER.end);
+        let mut near = self.nearest(&x, chart, OUTER.end + 1);
         let distance = |j: &u32| (self.points[*j as usize] - x).norm();
         let others = near.iter().filter(|j| **j != point).take(4);
         let spacing = others.clone().map(distance).sum::<f64>() / others.count().max(1) as f64;
@@ -188,31 +198,9 @@ impl<const D: usize> Net<D> {
             };
             self.is_open(&x, to, &near) && ALONG.iter().skip(1).step_by(2).all(over)
         };
-        let open: Vec<u32> = near
-            .iter()
-            .filter(|j| **j != point && self.costs[**j as usize].is_finite())
-            .take(OUTER.end)
-            .copied()
-            .filter(|j| passes(&self.points[*j as usize]))
-            .collect();
-        let ring = |ranks: std::ops::Range<usize>| {
-            let ranks = ranks.start.min(open.len())..ranks.end.min(open.len());
-            self.ring(&x, &open[ranks], geometry, &passes)
-        };
-        (ring(INNER), ring(OUTER), spacing)
-    }
-
-    /// Neighbours by angle in the tangent plane, and which of them have a segment between them.
-    fn ring(
-        &self,
-        x: &Vector<D>,
-        neighbours: &[u32],
-        geometry: &Geometry<D>,
-        passes: &impl Fn(&Vector<D>) -> bool,
-    ) -> Vec<Spoke> {
         let plane = geometry.intrinsic_dimension() == 2;
-        let angle = |j: u32| {
-            let v = self.points[j as usize] - x;
+        let angle = |to: u32| {
+            let v = self.points[to as usize] - x;
             let up = if plane {
                 v.dot(&geometry.tangent(1))
             } else {
@@ -220,20 +208,104 @@ impl<const D: usize> Net<D> {
             };
             up.atan2(v.dot(&geometry.tangent(0)))
         };
-        let mut ring: Vec<(f64, u32)> = neighbours.iter().map(|j| (angle(*j), *j)).collect();
-        ring.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let open: Vec<(f64, u32)> = near
+            .iter()
+            .filter(|to| **to != point && self.costs[**to as usize].is_finite())
+            .map(|to| (angle(*to), *to))
+            .collect();
+        let ring = |ranks: std::ops::Range<usize>| {
+            let ranks = ranks.start.min(open.len())..ranks.end.min(open.len());
+            let ring = spread(&open[ranks], |to| passes(&self.points[to as usize]));
+            self.joined(&ring, plane, &passes)
+        };
+        (ring(INNER), ring(OUTER), spacing)
+    }
+
+    /// Which neighbours by angle have a segment between them.
+    fn joined(
+        &self,
+        ring: &[(f64, u32)],
+        plane: bool,
+        passes: &impl Fn(&Vector<D>) -> bool,
+    ) -> Vec<Spoke> {
         let count = ring.len();
         let spoke = |i: usize| {
-            let ((here, to), (there, next)) = (ring[i], ring[(i + 1) % count]);
-            let gap = (there - here).rem_euclid(std::f64::consts::TAU);
+            let (to, next) = (ring[i].1, ring[(i + 1) % count].1);
             let middle = (self.points[to as usize] + self.points[next as usize]) * 0.5;
+            let narrow = plane && count > 1 && gap(ring, i) <= WIDEST;
             Spoke {
                 to,
-                joined: plane && count > 1 && gap > 0.0 && gap <= WIDEST && passes(&middle),
+                joined: narrow && passes(&middle),
             }
         };
         (0..count).map(spoke).collect()
     }
+
+    /// By how much the costs in the ring of a point differ at most from the linear function nearest to them.
+    fn jump(&self, point: u32) -> f64 {
+        let (x, here) = (self.points[point as usize], self.costs[point as usize]);
+        let ring = self.inner.of(point);
+        let offsets = || {
+            ring.iter().map(|spoke| {
+                let to = spoke.to as usize;
+                (self.points[to] - x, self.costs[to] - here)
+            })
+        };
+        let Some(first) = offsets().next().and_then(|o| o.0.try_normalize(0.0)) else {
+            return 0.0;
+        };
+        let across = offsets().map(|o| o.0 - first * first.dot(&o.0));
+        let second = across.reduce(|a, b| {
+            if b.norm_squared() > a.norm_squared() {
+                b
+            } else {
+                a
+            }
+        });
+        let second = second.and_then(|s| s.try_normalize(0.0));
+        let second = second.unwrap_or_else(Vector::zeros);
+        let (mut m, mut r) = ([0.0; 3], [0.0; 2]);
+        for (offset, change) in offsets() {
+            let (u, v) = (offset.dot(&first), offset.dot(&second));
+            m = [m[0] + u * u, m[1] + u * v, m[2] + v * v];
+            r = [r[0] + u * change, r[1] + v * change];
+        }
+        let determinant = m[0] * m[2] - m[1] * m[1];
+        let slope = if determinant > 1e-6 * m[0] * m[2] {
+            let along = (m[2] * r[0] - m[1] * r[1]) / determinant;
+            let across = (m[0] * r[1] - m[1] * r[0]) / determinant;
+            first * along + second * across
+        } else {
+            first * (r[0] / m[0])
+        };
+        let off = offsets().map(|(offset, change)| (change - slope.dot(&offset)).abs());
+        off.fold(0.0, f64::max)
+    }
+}
+
+/// The angle from one of a ring to the next.
+fn gap(ring: &[(f64, u32)], i: usize) -> f64 {
+    let next = ring[(i + 1) % ring.len()].0;
+    (next - ring[i].0).rem_euclid(std::f64::consts::TAU)
+}
+
+/// A ring of neighbours by angle: the nearest that pass and are apart, until it is closed.
+fn spread(nearest: &[(f64, u32)], passes: impl Fn(u32) -> bool) -> Vec<(f64, u32)> {
+    let mut ring: Vec<(f64, u32)> = Vec::new();
+    for (angle, to) in nearest {
+        let place = ring.partition_point(|other| other.0 < *angle);
+        let apart = |other: &(f64, u32)| {
+            let turn = (other.0 - angle).rem_euclid(std::f64::consts::TAU);
+            turn.min(std::f64::consts::TAU - turn) >= CLOSEST
+        };
+        if ring.iter().all(apart) && passes(*to) {
+            ring.insert(place, (*angle, *to));
+            if ring.len() > 2 && (0..ring.len()).all(|i| gap(&ring, i) <= CLOSED) {
+                break;
+            }
+        }
+    }
+    ring
 }
 
 /// The cost at each point of the cloud.

@@ -57,6 +57,9 @@ pub(crate) struct Way<const D: usize> {
 const STARTS: usize = 4;
 const REFINEMENTS: usize = 6;
 
+/// Most difference of a slope from the mean one on a segment, in costs per length.
+const KINK: f64 = 0.3;
+
 /// A segment being looked at from a point.
 struct Segment<'a, const D: usize> {
     to: &'a Target<'a, D>,
@@ -128,6 +131,11 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> W
     let edge = b.point - a.point;
     let rise = b.cost - a.cost;
     let slopes = [a, b].map(|end| end.gradient.map_or(rise, |g| g.dot(&edge)));
+    // Slopes may make valleys of the cost with a kink, where a cubic would be too low.
+    let most = KINK * 0.5 * (a.rate + b.rate) * edge.norm();
+    let smooth =
+        to.slope == Slope::Level || slopes.iter().all(|slope| (slope - rise).abs() <= most);
+    let slopes = if smooth { slopes } else { [rise; 2] };
     let segment = Segment {
         to,
         ends: from,
