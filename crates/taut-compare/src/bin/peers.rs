@@ -29,7 +29,7 @@ fn field(points: &Path, source: usize, out: &Path) -> Result<(), Failure> {
     let start = Instant::now();
     let cloud = Cloud::<3>::new(&set.coordinates, set.dimension)?;
     let geodesics = Geodesics::of_atlas(Atlas::new(cloud, 2)?);
-    let fields = Fields::new(&geodesics);
+    let fields = Fields::of_cloud(&geodesics)?;
     let node = geodesics.surface().node_of_row(source)?;
     let one = || -> Result<_, Failure> {
         let field = fields.from(&[Source { node, start: 0.0 }], &Settings::default())?;

@@ -48,7 +48,7 @@ fn once(file: &Path) -> Result<[f64; 4], Failure> {
     drop(set);
     let geodesics = Geodesics::of_atlas(Atlas::new(cloud, 2)?);
     let ready = start.elapsed().as_secs_f64();
-    let fields = Fields::new(&geodesics);
+    let fields = Fields::of_cloud(&geodesics)?;
     let node = geodesics.surface().node_of_row(0)?;
     let field = fields.from(&[Source { node, start: 0.0 }], &Settings::default())?;
     let values = fields.at_points(&field);
