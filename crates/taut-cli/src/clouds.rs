@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
-use taut::field::Fields;
+use taut::field::{Cost, Fields};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut::surface::mls::MovingLeastSquares;
@@ -203,8 +203,14 @@ impl<const D: usize> Locate<D> for Atlas<D> {
         }
     }
 
-    fn fields(geodesics: &Geodesics<D, Self>) -> Result<Fields<'_, D, Self>, Error> {
-        Fields::of_cloud(geodesics)
+    fn fields<'a>(
+        geodesics: &'a Geodesics<D, Self>,
+        cost: Option<&Cost>,
+    ) -> Result<Fields<'a, D, Self>, Error> {
+        match cost {
+            Some(cost) => Fields::with_cost(geodesics, cost),
+            None => Fields::of_cloud(geodesics),
+        }
     }
 }
 

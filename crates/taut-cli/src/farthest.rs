@@ -87,7 +87,7 @@ fn found<const D: usize>(
     };
     let first: Vec<usize> = ends.iter().map(position).collect::<Result<_, _>>()?;
     let geodesics = Geodesics::of_atlas(atlas);
-    let fields = Locate::fields(&geodesics).map_err(refused)?;
+    let fields = Locate::fields(&geodesics, None).map_err(refused)?;
     progress.step("distances");
     progress.count_to(settings.count);
     let found = fields

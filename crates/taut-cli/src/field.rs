@@ -1,11 +1,12 @@
 //! `taut field`.
 
 mod answer;
+mod cost;
 mod write;
 
 use std::path::Path;
 
-use taut::field::{Field, Fields, Source};
+use taut::field::{Cost, Field, Fields, Source};
 use taut::geodesics::Geodesics;
 use taut::surface::Node;
 use taut_io::PointSet;
@@ -33,6 +34,10 @@ struct Found {
 
 /// Finds the distances and writes what was asked for.
 pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failure> {
+    if settings.cost.is_some() && !matches!(settings.source, From::Cloud(_)) {
+        let message = "--cost, --no-go and --slope: found a surface without points of its own, expected a cloud; leave them out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let found = match &settings.source {
         From::Cloud(cloud) => {
             clouds::refuse_mls(&cloud.model)?;
@@ -70,6 +75,11 @@ fn of_cloud<const D: usize>(
         geodesics: &Geodesics::of_atlas(atlas),
         dimension: points.dimension,
         rows_kept: points.rows_kept.as_deref(),
+        cost: settings
+            .cost
+            .as_ref()
+            .map(|cost| cost::of_rows(cost, points))
+            .transpose()?,
         progress,
     };
     asked.found(|fields, field| {
@@ -94,6 +104,7 @@ fn of_model<const D: usize>(
         geodesics: &Geodesics::of_atlas(model.atlas::<D>()?),
         dimension: model.dimension(),
         rows_kept: None,
+        cost: None,
         progress,
     };
     asked.found(|_, _| None)
@@ -112,6 +123,7 @@ fn of_equations<const D: usize>(
         geodesics: &equations::geodesics::<D>(law, ends, progress)?,
         dimension: law.dimension,
         rows_kept: None,
+        cost: None,
         progress,
     };
     asked.found(|_, _| None)
@@ -125,6 +137,7 @@ struct Asked<'a, const D: usize, S: Locate<D>> {
     /// Coordinates of a point.
     dimension: usize,
     rows_kept: Option<&'a [usize]>,
+    cost: Option<Cost>,
     progress: &'a Progress,
 }
 
@@ -140,7 +153,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             error,
         };
         self.progress.step("distances");
-        let fields = S::fields(self.geodesics).map_err(refused)?;
+        let fields = S::fields(self.geodesics, self.cost.as_ref()).map_err(refused)?;
         let field = fields
             .from(&sources, &self.settings.field)
             .map_err(refused)?;

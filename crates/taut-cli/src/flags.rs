@@ -5,11 +5,14 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
+use taut::field::Slope;
 use taut::surface::shapes::Shape;
 use taut_io::Format;
 
 use crate::exit::Exit;
-use crate::settings::{Bounds, Correction, End, Reconstruction, coordinate, positive, tolerance};
+use crate::settings::{
+    Bounds, Correction, End, Reconstruction, coordinate, positive, slope, tolerance,
+};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -41,6 +44,7 @@ Examples:
   taut field scan.ply --source 12 -o distances.ply --picture field.png
   taut field scan.las --class 2 --sources wells.txt -o ground.las
   taut field torus.npy --source 0 -o distances.npy
+  taut field ground.las --class 2 --source 0 --slope hiking --no-go lake.txt --picture walks.png
   taut field --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz
 
 Each distance comes with an estimate of its error, what the surface adds included, and with the number of
@@ -260,6 +264,18 @@ pub struct FieldFlags {
     /// Look no farther than this; what is farther counts as not reached
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub max_distance: Option<f64>,
+    /// A text file with the cost per length at each point, above 0, inf where nothing passes; one on each line,
+    /// in the order of the points. Distances are then costs
+    #[arg(long, value_name = "FILE.txt")]
+    pub cost: Option<PathBuf>,
+    /// A text file of corners, x and y on each line, of a polygon that nothing passes, seen along z; repeat it for
+    /// several
+    #[arg(long, value_name = "FILE.txt")]
+    pub no_go: Vec<PathBuf>,
+    /// What slopes multiply the cost by, z up: hiking (Tobler's time of walking), or UP,DOWN for 1 + UP grade
+    /// uphill and 1 + DOWN grade downhill
+    #[arg(long, value_name = "LAW", value_parser = slope)]
+    pub slope: Option<Slope>,
     /// One JSON object that tells of the field
     #[arg(long)]
     pub json: bool,

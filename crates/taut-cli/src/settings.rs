@@ -249,15 +249,41 @@ pub struct FieldSettings {
     /// Points to find distances at, instead of those of the surface.
     pub at: Option<PathBuf>,
     pub field: field::Settings,
+    /// What ways cost, where that is not their length.
+    pub cost: Option<CostSettings>,
     pub json: bool,
     pub output: Option<PathBuf>,
     pub picture: Option<PathBuf>,
+}
+
+/// What a way costs.
+pub struct CostSettings {
+    /// A file with the cost per length at each row.
+    pub rows: Option<PathBuf>,
+    /// Files of polygons that nothing passes, seen from above.
+    pub no_go: Vec<PathBuf>,
+    pub slope: field::Slope,
+}
+
+/// Reads by how much slopes multiply the cost.
+pub fn slope(text: &str) -> Result<field::Slope, String> {
+    if text == "hiking" {
+        return Ok(field::Slope::Hiking);
+    }
+    let wrong = || format!("found {text:?}, expected hiking, or UP,DOWN such as 4,1");
+    let (up, down) = text.split_once(',').ok_or_else(wrong)?;
+    let [up, down] = [coordinate(up)?, coordinate(down)?];
+    if up < 0.0 || down < 0.0 {
+        return Err(wrong());
+    }
+    Ok(field::Slope::Factors { up, down })
 }
 
 impl TryFrom<FieldFlags> for FieldSettings {
     type Error = Failure;
 
     fn try_from(flags: FieldFlags) -> Result<Self, Failure> {
+        let has_cost = flags.cost.is_some() || !flags.no_go.is_empty() || flags.slope.is_some();
         Ok(Self {
             source: flags.surface.try_into()?,
             sources: Sources::new(flags.source, flags.sources),
@@ -267,6 +293,11 @@ impl TryFrom<FieldFlags> for FieldSettings {
                 tolerance: flags.tolerance,
                 max_distance: flags.max_distance.unwrap_or(f64::INFINITY),
             },
+            cost: has_cost.then(|| CostSettings {
+                rows: flags.cost,
+                no_go: flags.no_go,
+                slope: flags.slope.unwrap_or_default(),
+            }),
             json: flags.json,
             output: flags.output,
             picture: flags.picture,

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
-use taut_io::{ReadOptions, read_numbers};
+use taut_io::{read_numbers, read_sources};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -49,51 +49,55 @@ pub fn ends_of_sources(
     }
 }
 
-/// The sites in a file: of text (.txt) rows or coordinates, each with a value behind it or none; of any
-/// other format points.
+/// The sites in a file: of text (.txt) with one column more than it needs, each with the value that stands there.
 pub fn of_file(file: &Path, dimension: usize, progress: &Progress) -> Result<Vec<Site>, Failure> {
     progress.step(format!("reading {}", file.display()));
-    if file
-        .extension()
-        .is_none_or(|found| found == OsStr::new("txt"))
-    {
-        return of_text(file, dimension);
+    if file.extension() == Some(OsStr::new("txt")) {
+        let numbers = read_numbers(file)?;
+        let is_valued = numbers.columns == dimension + 1 || (numbers.columns == 2 && dimension > 2);
+        if is_valued {
+            return numbers
+                .values
+                .chunks(numbers.columns)
+                .map(|row| valued(file, row))
+                .collect();
+        }
     }
-    let read = taut_io::read(file, &ReadOptions::default())?;
-    let rows = read.coordinates.chunks(read.dimension);
-    let site = |row: &[f64]| Site {
-        end: End::Point(row.to_vec()),
-        value: None,
-    };
-    Ok(rows.map(site).collect())
+    let alone = |end| Site { end, value: None };
+    Ok(ends_of_file(file)?.into_iter().map(alone).collect())
 }
 
-fn of_text(file: &Path, dimension: usize) -> Result<Vec<Site>, Failure> {
-    let numbers = read_numbers(file)?;
-    let rows = numbers.values.chunks(numbers.columns);
-    let wrong = |what: String| {
-        Failure::Usage(format!(
-            "{}: found {what}, expected rows of the point file (the first is 0) or {dimension} coordinates, each with a value behind it or none",
+/// The points that a file names, by rows or coordinates.
+pub fn ends_of_file(file: &Path) -> Result<Vec<End>, Failure> {
+    Ok(match read_sources(file)? {
+        taut_io::Sources::Rows(rows) => rows.into_iter().map(End::Row).collect(),
+        taut_io::Sources::Points(points) => {
+            let rows = points.coordinates.chunks(points.dimension);
+            rows.map(|row| End::Point(row.to_vec())).collect()
+        }
+    })
+}
+
+/// A row or coordinates with a value behind.
+fn valued(file: &Path, row: &[f64]) -> Result<Site, Failure> {
+    let (value, place) = (row.last().copied(), &row[..row.len() - 1]);
+    let end = match place {
+        [index] if index.fract() == 0.0 && (0.0..2_f64.powi(53)).contains(index) => {
+            End::Row(*index as usize)
+        }
+        [index] => {
+            return Err(Failure::Usage(format!(
+                "{}: found row {index}, expected a row of the point file: 0, 1, 2, ..",
+                file.display()
+            )));
+        }
+        point => End::Point(point.to_vec()),
+    };
+    if row.iter().any(|number| number.is_infinite()) {
+        return Err(Failure::Usage(format!(
+            "{}: found {row:?}, expected finite numbers",
             file.display()
-        ))
-    };
-    let (coordinates, valued) = match numbers.columns {
-        columns if columns == dimension => (dimension, false),
-        columns if columns == dimension + 1 => (dimension, true),
-        1 => (1, false),
-        2 => (1, true),
-        columns => return Err(wrong(format!("{columns} columns"))),
-    };
-    let site = |row: &[f64]| {
-        let value = valued.then(|| row[coordinates]);
-        let end = match &row[..coordinates] {
-            [index] if index.fract() == 0.0 && (0.0..2_f64.powi(53)).contains(index) => {
-                End::Row(*index as usize)
-            }
-            [index] => return Err(wrong(format!("row {index}"))),
-            point => End::Point(point.to_vec()),
-        };
-        Ok(Site { end, value })
-    };
-    rows.map(site).collect()
+        )));
+    }
+    Ok(Site { end, value })
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::correction;
 use taut::error::Error;
-use taut::field::Fields;
+use taut::field::{Cost, Fields};
 use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
@@ -60,8 +60,11 @@ pub trait Locate<const D: usize>: Guide<D> {
     /// Points of the surface for a picture.
     fn samples(&self) -> Samples<D>;
 
-    /// Makes the surface ready for fields of distances.
-    fn fields(geodesics: &Geodesics<D, Self>) -> Result<Fields<'_, D, Self>, Error>
+    /// Makes the surface ready for fields of distances, or of costs, which only clouds have.
+    fn fields<'a>(
+        geodesics: &'a Geodesics<D, Self>,
+        _cost: Option<&Cost>,
+    ) -> Result<Fields<'a, D, Self>, Error>
     where
         Self: Sized,
     {

@@ -142,7 +142,7 @@ fn refusals_say_what_was_expected() {
     let file = folder.path().join("sphere.xyz");
     write_points(&file, &sphere(500, HERE, 9));
     let sources = folder.path().join("sources.txt");
-    std::fs::write(&sources, "1 2 3 4 5 6\n").expect("written");
+    std::fs::write(&sources, "5 0.1\nx 0.2\n").expect("written");
     for (arguments, expected, words) in [
         (vec!["--source", "500"], 3, "500"),
         (
@@ -150,7 +150,7 @@ fn refusals_say_what_was_expected() {
             2,
             "one for each of 1 sources",
         ),
-        (vec!["--sources", name(&sources)], 2, "6 columns"),
+        (vec!["--sources", name(&sources)], 3, "line 2"),
         (vec!["--source", "1", "--max-distance", "-1"], 2, "above 0"),
         (vec!["--source", "1", "--surface", "mls"], 2, "leave it out"),
         (
@@ -174,6 +174,59 @@ fn refusals_say_what_was_expected() {
         );
         assert!(
             text(&output.stderr).contains(words),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}
+
+/// A square with a wall across it but for a gap: the way leads through the gap, and slower ground costs more.
+#[test]
+fn costs_and_zones_turn_ways_aside() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("square.xyz");
+    let mut points: Vec<[f64; 3]> = (0..41 * 41)
+        .map(|i| [f64::from(i % 41) / 40.0, f64::from(i / 41) / 40.0, 0.0])
+        .collect();
+    points.push([0.2, 0.5, 0.0]);
+    points.push([0.8, 0.5, 0.0]);
+    write_points(&file, &points);
+    let [source, goal] = [points.len() - 2, points.len() - 1];
+    let zone = folder.path().join("wall.txt");
+    std::fs::write(&zone, "0.42 0.3\n0.58 0.3\n0.58 2\n0.42 2\n").expect("written");
+    let rates = folder.path().join("rates.txt");
+    std::fs::write(&rates, "2\n".repeat(points.len())).expect("written");
+    let to_goal = |arguments: &[&str]| {
+        let asked = ["field", name(&file), "--source", &source.to_string()];
+        let output = taut(&[&asked[..], arguments].concat());
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        rows(text(&output.stdout), '\t')
+    };
+    let free = to_goal(&[])[goal][0];
+    assert!((free - 0.6).abs() < 1e-6, "{free}");
+    let twice = to_goal(&["--cost", name(&rates)])[goal][0];
+    assert!((twice - 1.2).abs() < 0.01, "{twice}");
+    let aside = to_goal(&["--no-go", name(&zone)]);
+    let round = 2.0 * 0.22_f64.hypot(0.2) + 0.16;
+    assert!(
+        (aside[goal][0] - round).abs() < 0.06,
+        "{} {round}",
+        aside[goal][0]
+    );
+    let inside = 20 + 41 * 20;
+    assert!(aside[inside][0].is_infinite());
+    let level = to_goal(&["--slope", "hiking"])[goal][0];
+    assert!((level - 0.6).abs() < 0.01, "{level}");
+    for (arguments, expected) in [
+        (["--slope", "4"], "hiking, or UP,DOWN"),
+        (["--no-go", name(&rates)], "corners of a polygon"),
+        (["--cost", name(&zone)], "one cost on each line"),
+    ] {
+        let asked = ["field", name(&file), "--source", "0"];
+        let output = taut(&[&asked[..], &arguments[..]].concat());
+        assert_eq!(code(&output), 2, "{}", text(&output.stderr));
+        assert!(
+            text(&output.stderr).contains(expected),
             "{}",
             text(&output.stderr)
         );

@@ -7,16 +7,16 @@ use std::path::Path;
 use crate::error::{Fault, ReadError, quoted};
 use crate::text::{Separator, as_text, content_lines, number};
 
-/// A table of finite numbers.
+/// A table of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Numbers {
     /// Numbers in a row, at least 1.
     pub columns: usize,
-    /// Row-major.
+    /// Row-major; infinite where the file says inf, never NaN.
     pub values: Vec<f64>,
 }
 
-/// Reads a text file whose lines all hold as many finite numbers as the first.
+/// Reads a text file whose lines all hold as many numbers as the first.
 ///
 /// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines are skipped.
 ///
@@ -40,7 +40,9 @@ fn read(path: &Path) -> Result<Numbers, Fault> {
     };
     let separator = Separator::of(first);
     let columns = separator.fields(first).count();
-    let values = table(text, separator, columns, line, remedy)?;
+    let values = table(text, separator, columns, line, remedy, |value| {
+        !value.is_nan()
+    })?;
     Ok(Numbers { columns, values })
 }
 
@@ -51,14 +53,16 @@ pub(crate) fn table(
     columns: usize,
     first_line: usize,
     remedy: &str,
+    is_allowed: impl Fn(f64) -> bool,
 ) -> Result<Vec<f64>, Fault> {
     let mut values = Vec::new();
     for (line, row) in content_lines(text) {
         let before = values.len();
         for field in separator.fields(row) {
             let value = number(field, line)?;
-            if !value.is_finite() {
-                return Err(Fault::line(line, quoted(field), "a finite number", remedy));
+            if !is_allowed(value) {
+                let expected = "a number that means something here";
+                return Err(Fault::line(line, quoted(field), expected, remedy));
             }
             values.push(value);
         }
@@ -100,7 +104,7 @@ mod tests {
         for (text, wrong) in [
             ("1 2\n3\n", 2),
             ("1\nx\n", 2),
-            ("1\n\ninf\n", 3),
+            ("1\n\nnan\n", 3),
             ("#\n", 1),
         ] {
             let found = of_text(text);

@@ -67,7 +67,7 @@ fn parse(mut source: impl BufRead) -> Result<Pairs, Fault> {
         2 => parse_indices(text, separator),
         columns if columns >= 4 && columns % 2 == 0 => Ok(Pairs::Coordinates {
             dimension: columns / 2,
-            values: table(text, separator, columns, line, REMEDY)?,
+            values: table(text, separator, columns, line, REMEDY, f64::is_finite)?,
         }),
         columns => Err(wrong(
             line,

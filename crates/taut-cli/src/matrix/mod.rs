@@ -11,15 +11,14 @@ mod store;
 mod tally;
 
 use std::io::Write;
-use std::path::Path;
 
 use serde::Serialize;
-use taut_io::{Sources, read_sources};
 
 use crate::exit::{Exit, Failure};
 use crate::output::{exponential, line, tell};
 use crate::progress::Progress;
 use crate::settings::{End, MatrixSettings, Source};
+use crate::sites::ends_of_file;
 use crate::surface;
 use fill::Work;
 use journal::{Done, Journal};
@@ -41,11 +40,11 @@ struct Facts {
 /// Fills the table and writes what was asked for.
 pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failure> {
     progress.step("reading the sources");
-    let mut ends = ends_of(&settings.sources)?;
+    let mut ends = ends_of_file(&settings.sources)?;
     let rows = ends.len();
     let columns = match &settings.to {
         Some(file) => {
-            let more = ends_of(file)?;
+            let more = ends_of_file(file)?;
             let count = more.len();
             ends.extend(more);
             Some(count)
@@ -137,17 +136,6 @@ fn fill(
     let done = std::mem::take(&mut journal.done);
     journal.remove()?;
     Ok(done)
-}
-
-/// The points that a file names.
-fn ends_of(file: &Path) -> Result<Vec<End>, Failure> {
-    Ok(match read_sources(file)? {
-        Sources::Rows(rows) => rows.into_iter().map(End::Row).collect(),
-        Sources::Points(points) => {
-            let rows = points.coordinates.chunks(points.dimension);
-            rows.map(|row| End::Point(row.to_vec())).collect()
-        }
-    })
 }
 
 fn name_of(source: &Source) -> String {

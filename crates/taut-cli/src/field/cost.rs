@@ -1,0 +1,99 @@
+//! What a way costs, from the files that say so.
+
+use std::path::Path;
+
+use taut::field::Cost;
+use taut_io::{PointSet, read_numbers};
+
+use crate::exit::Failure;
+use crate::settings::CostSettings;
+
+/// The cost at each row of a cloud.
+pub fn of_rows(settings: &CostSettings, points: &PointSet) -> Result<Cost, Failure> {
+    let mut at_rows = match &settings.rows {
+        Some(file) => rates(file, points)?,
+        None => vec![1.0; points.rows()],
+    };
+    for file in &settings.no_go {
+        let corners = polygon(file)?;
+        let rows = points.coordinates.chunks(points.dimension);
+        for (rate, row) in at_rows.iter_mut().zip(rows) {
+            if is_inside(&corners, [row[0], row[1]]) {
+                *rate = f64::INFINITY;
+            }
+        }
+    }
+    Ok(Cost {
+        at_rows,
+        slope: settings.slope,
+    })
+}
+
+/// One number for each row of the file of points, of which some may have been left out.
+fn rates(file: &Path, points: &PointSet) -> Result<Vec<f64>, Failure> {
+    let numbers = read_numbers(file)?;
+    let wrong = |found: String, expected: &str| {
+        Failure::Usage(format!(
+            "--cost {}: found {found}, expected {expected}",
+            file.display()
+        ))
+    };
+    if numbers.columns != 1 {
+        let found = format!("{} columns", numbers.columns);
+        return Err(wrong(found, "one cost on each line"));
+    }
+    let found = format!("{} costs", numbers.values.len());
+    match &points.rows_kept {
+        None if numbers.values.len() == points.rows() => Ok(numbers.values),
+        None => Err(wrong(
+            found,
+            &format!("{}, one for each point", points.rows()),
+        )),
+        Some(kept) => kept
+            .iter()
+            .map(|row| numbers.values.get(*row).copied())
+            .collect::<Option<_>>()
+            .ok_or_else(|| wrong(found, "one for each row of the file of points")),
+    }
+}
+
+/// The corners of a polygon seen from above: the first two numbers of each line.
+fn polygon(file: &Path) -> Result<Vec<[f64; 2]>, Failure> {
+    let numbers = read_numbers(file)?;
+    let corners = numbers.values.chunks(numbers.columns);
+    if numbers.columns < 2 || corners.len() < 3 {
+        return Err(Failure::Usage(format!(
+            "--no-go {}: found {} lines of {} numbers, expected at least 3 corners of a polygon, x and y on each line",
+            file.display(),
+            corners.len(),
+            numbers.columns
+        )));
+    }
+    Ok(corners.map(|corner| [corner[0], corner[1]]).collect())
+}
+
+/// Whether a ray to the right crosses the polygon an odd number of times.
+fn is_inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let mut inside = false;
+    for (i, [bx, by]) in corners.iter().enumerate() {
+        let [ax, ay] = corners[(i + corners.len() - 1) % corners.len()];
+        if (ay > y) != (*by > y) && x < ax + (y - ay) * (bx - ax) / (by - ay) {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polygons_need_not_be_convex() {
+        let notched = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0], [0.0, 4.0]];
+        assert!(is_inside(&notched, [0.5, 2.0]) && is_inside(&notched, [3.5, 2.0]));
+        for outside in [[2.0, 2.0], [-1.0, 1.0], [5.0, 1.0], [2.0, -1.0]] {
+            assert!(!is_inside(&notched, outside), "{outside:?}");
+        }
+    }
+}
