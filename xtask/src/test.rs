@@ -67,7 +67,10 @@ fn steps(picture: &Path) -> Vec<Step> {
         step("rustfmt is there", "fmt --version"),
         step("clippy is there", "clippy --version"),
         step("formatting", "fmt --all --check"),
-        step("lints", "clippy --workspace --all-targets -- -D warnings"),
+        step(
+            "lints",
+            "clippy --workspace --all-targets --all-features -- -D warnings",
+        ),
         step("tests", "test --workspace --all-targets"),
         step("doc tests", "test --workspace --doc"),
         documentation,

@@ -1,5 +1,5 @@
 //! Accuracy and speed of paths on clouds with known truth:
-//! `cargo run --release -p taut-compare --bin clouds -- sphere:10000 torus:10000 roll:4.3 [--tol 1e-6]`.
+//! `cargo run --release -p taut-compare --features measure --bin clouds -- sphere:10000 torus:10000 roll:4.3 [--tol 1e-6]`.
 //!
 //! Prints a line a case: set-up seconds, median microseconds a path, median, 99th percentile and largest
 //! relative error of 200 lengths, how many converged, how many error estimates cover the error.

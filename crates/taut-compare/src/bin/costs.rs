@@ -1,5 +1,5 @@
 //! Accuracy of fields of least cost against known truth:
-//! `cargo run --release -p taut-compare --bin costs -- constant:20000 speed:20000 refraction:20000 factors:20000
+//! `cargo run --release -p taut-compare --features measure --bin costs -- constant:20000 speed:20000 refraction:20000 factors:20000
 //! hiking:20000 gap:20000`.
 //!
 //! A case is NAME:POINTS, on random points of a square of side 2 (`constant`: of the unit sphere). Prints seconds of

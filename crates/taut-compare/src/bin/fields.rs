@@ -1,5 +1,5 @@
 //! Accuracy and speed of distance fields on clouds with known truth:
-//! `cargo run --release -p taut-compare --bin fields -- sphere:100000 torus:10000 roll:100000:8 sphere:10000:1`,
+//! `cargo run --release -p taut-compare --features measure --bin fields -- sphere:100000 torus:10000 roll:100000:8 sphere:10000:1`,
 //! and of other dimensions `sphere3:100000 sphere4:100000 spherinder:50000 curve:1000 clifford:100000 roll10:20000`.
 //!
 //! A case is SHAPE:POINTS, and after another colon the noise in spacings or, for the roll, the gap between its layers

@@ -1,4 +1,4 @@
-//! Surfaces fitted to scans, measured: `cargo run --release -p taut-compare --bin models -- FILE SOURCES PARTICLES
+//! Surfaces fitted to scans, measured: `cargo run --release -p taut-compare --features measure --bin models -- FILE SOURCES PARTICLES
 //! [ACCURACY]`.
 //!
 //! Fits an implicit surface, evaluates it, spreads particles over it, connects evenly spread sources by

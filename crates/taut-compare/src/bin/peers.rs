@@ -1,5 +1,5 @@
 //! This library beside its peers, in one run of a harness that measures them on the same clouds:
-//! `cargo run --release -p taut-compare --bin peers -- HARNESS PYTHON STAGES`, the folder of `run_all.py`, the Python
+//! `cargo run --release -p taut-compare --features measure --bin peers -- HARNESS PYTHON STAGES`, the folder of `run_all.py`, the Python
 //! that it needs, and its stages, such as `field10k,field100k`. Prints times and errors, and the ratio of times, as a
 //! table. Without the folder it says so and ends well.
 //!

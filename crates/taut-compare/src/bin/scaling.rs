@@ -1,4 +1,4 @@
-//! Time and memory of one field as clouds grow: `cargo run --release -p taut-compare --bin scaling -- [SHAPE] [POINTS ...]`,
+//! Time and memory of one field as clouds grow: `cargo run --release -p taut-compare --features measure --bin scaling -- [SHAPE] [POINTS ...]`,
 //! SHAPE sphere or torus, from 10,000 to 10,000,000 points unless said.
 //!
 //! Each size runs in a process of its own, from a file: seconds of reading, of the surface and its graph, and of the
