@@ -53,7 +53,7 @@ const MOST_SHIFTS: usize = 24;
 const SQUARED: f64 = 64.0;
 /// Relative change of the length below which a step need not be taken: before that it betters the guess for what
 /// follows.
-const NOT_WORTH_A_STEP: f64 = 1e-6;
+const NOT_WORTH_A_STEP: f64 = 1e-10;
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
 

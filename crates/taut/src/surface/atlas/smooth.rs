@@ -17,7 +17,7 @@ use crate::surface::atlas::sheets::{Neighbourhood, Sheet, Workspace};
 /// Most leaves that a chart may stand for; a power of two, so that they are a subtree.
 pub(super) const MOST_LEAVES: usize = 4;
 /// A large chart's residual in spacings is at most this.
-const SMOOTH: f64 = 8e-6;
+const SMOOTH: f64 = 1e-6;
 /// Points of a large chart's neighbourhood, as a share of those that its leaves would have.
 const SHARED: f64 = 0.9;
 /// Samples that are enough for a chart without noise.
