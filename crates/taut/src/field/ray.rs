@@ -122,8 +122,10 @@ pub(crate) const SHORTEST: f64 = 1e-3;
 
 /// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
 pub(crate) const FARTHEST_OFF: f64 = 0.03;
-/// How much longer than the step, and what it was put back by, its chord may come out.
+/// How much longer than the step, and than a jump between charts, its chord may come out.
 pub(crate) const LONGER: f64 = 1.001;
+/// Jumps between charts, in errors of the surface's height.
+pub(crate) const JUMP: f64 = 10.0;
 /// A ray ends this share of the longest step beyond a rim.
 pub(crate) const OVER_RIM: f64 = 0.03;
 
@@ -327,7 +329,8 @@ fn advance<const D: usize, S: Surface<D>>(
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
         let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry, farthest)?;
         let chord = (frame.point - start.x).norm();
-        if !(error.is_finite() && chord <= LONGER * step.hypot(farthest)) {
+        if !(error.is_finite() && chord <= LONGER * step.hypot(JUMP * surface.height_error(place)))
+        {
             return None;
         }
         let mut heights = from.heights;

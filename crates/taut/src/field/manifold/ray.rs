@@ -6,8 +6,8 @@
 use crate::correction::length::HeightErrors;
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::ray::{
-    AT, DIFFERENCE, FARTHEST_OFF, LONGER, Limits, MOST_STEPS, OFF, OVER_RIM, SHORTEST, SIDEWAYS,
-    nearest,
+    AT, DIFFERENCE, FARTHEST_OFF, JUMP, LONGER, Limits, MOST_STEPS, OFF, OVER_RIM, SHORTEST,
+    SIDEWAYS, nearest,
 };
 use crate::surface::{Geometry, Surface};
 use crate::{Matrix, Vector};
@@ -185,7 +185,7 @@ fn advance<const D: usize, S: Surface<D>>(
     let error = off_by.dot(&ahead).abs() + (SIDEWAYS + OFF) * off_by.norm() + SIDEWAYS * spread;
     frame.settle(geometry, farthest)?;
     let chord = (frame.point - start.x).norm();
-    if !(error.is_finite() && chord <= LONGER * step.hypot(farthest)) {
+    if !(error.is_finite() && chord <= LONGER * step.hypot(JUMP * surface.height_error(place))) {
         return None;
     }
     let mut heights = from.heights;
