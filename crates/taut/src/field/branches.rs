@@ -158,7 +158,7 @@ pub(crate) fn branches<'a, const D: usize>(
         branches.push(Branch {
             jet: Jet::of_point(source, start, frame).unwrap_or(here),
             source: index,
-            error: length * (length * source.curvature()).powi(4) / 24.0,
+            error: source.log_error(length),
             doubt: 0.0,
             at_source: true,
             carried: false,

@@ -57,7 +57,7 @@ impl<const D: usize> Field<D> {
                     believed = distance;
                     value = Value {
                         distance,
-                        error: branch.error,
+                        error: branch.error.max(source.log_error(norm(v))),
                         source: branch.source,
                         direction: bent(source, v, v),
                     };

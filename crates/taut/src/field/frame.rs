@@ -97,6 +97,11 @@ impl<const D: usize> Frame<D> {
         [w[0] + pull.dot(&bends[0]), w[1] + pull.dot(&bends[1])]
     }
 
+    /// Estimated error of the length of a straight step.
+    pub fn log_error(&self, length: f64) -> f64 {
+        length * (length * self.curvature()).powi(4) / 24.0
+    }
+
     /// 1 if the other frame, nearby, turns the same way, -1 if not.
     pub fn handedness(&self, other: &Self) -> f64 {
         let [a, b] = other.coordinates(&self.tangents[0]);
