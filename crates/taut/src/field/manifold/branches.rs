@@ -81,7 +81,7 @@ pub(crate) fn branches<'a, const D: usize>(
         .filter_map(|(sample, source)| {
             let squared = (sample.frame.point - frame.point).norm_squared();
             let jet = (squared <= reach * reach)
-                .then(|| sample.jet.carried(&sample.frame, frame))
+                .then(|| sample.carried(frame))
                 .flatten()?;
             let weight = (squared / (spacing * spacing) + NEAREST * NEAREST).powi(-2);
             Some((weight, jet, sample, source))

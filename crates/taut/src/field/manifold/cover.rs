@@ -41,6 +41,8 @@ pub(crate) struct Sample<const D: usize> {
     /// The first tangent is the ray's.
     pub frame: Frame<D>,
     pub jet: Jet<D>,
+    /// From the source.
+    length: f64,
     /// The nearest node of the graph.
     pub near: u32,
     /// Estimated error of the distance by that of the surface.
@@ -55,6 +57,12 @@ impl<const D: usize> Sample<D> {
     fn estimate(&self, x: &Vector<D>) -> f64 {
         let v = self.frame.coordinates(&(x - self.frame.point));
         self.jet.distance + v[0] + 0.5 * v.dot(&(self.jet.shape * v))
+    }
+
+    /// The jet carried to another frame, unless that lies behind the source.
+    pub fn carried(&self, to: &Frame<D>) -> Option<Jet<D>> {
+        let jet = self.jet.carried(&self.frame, to)?;
+        (jet.distance >= self.jet.distance - self.length).then_some(jet)
     }
 
     /// The direction at the source of the ray through a point nearby.
@@ -191,6 +199,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         let samples = jets.flatten().map(|(knot, jet, inverse)| Sample {
             frame: knot.frame.clone(),
             jet,
+            length: knot.length,
             near: knot.near,
             surface_error: knot.heights.length_error(),
             inverse,
