@@ -75,7 +75,10 @@ impl<const D: usize> Field<D> {
                 believed = distance + branch.doubt;
                 value = Value {
                     distance,
-                    error: branch.error + (distance - free) + carried.map_or(norm(v), |_| 0.0),
+                    error: branch.error
+                        + frame.log_error(norm(v))
+                        + (distance - free)
+                        + carried.map_or(norm(v), |_| 0.0),
                     source: branch.source,
                     direction: direction_at(frame, &branch.jet, v),
                 };
@@ -152,7 +155,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             for edge in self.adjacent(node) {
                 if let Some(frame) = &self.frames[edge.to as usize] {
                     let other = field.at(edge.to, frame, x, share);
-                    if other.distance < value.distance {
+                    if other.distance + other.error < value.distance {
                         value = other;
                     }
                 }
@@ -171,7 +174,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         };
         if found.is_focused(node, self.spacing[node as usize]) {
             for other in self.adjacent(node).filter_map(|edge| at(edge.to)) {
-                if other.distance < value.distance {
+                if other.distance + other.error < value.distance {
                     value = other;
                 }
             }

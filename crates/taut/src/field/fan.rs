@@ -30,6 +30,10 @@ const FOCUSED: f64 = 1.0;
 const MOST_CHANGE: f64 = 0.1;
 /// Neighbouring rays whose directions agree to this are not parted further.
 const NARROWEST: f64 = 1e-9;
+/// Rays looked through for the next one beside a pair, which may be so many times as far off as the pair's.
+const OUTWARDS: usize = 4;
+/// Rays begin between others where these are so much nearer to each other than they may be.
+const EARLIER: f64 = 0.5;
 /// Most jets for each node that a source may reach.
 const MOST_JETS: usize = 16;
 
@@ -80,12 +84,13 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         (j > 0.0).then(|| slope / j)
     }
 
-    /// The first length at which a ray at an angle beside it is too far off.
-    fn parted(&self, angle: f64, spacing: &[f64]) -> Option<f64> {
+    /// The first length at which a ray at an angle beside it is too far off, or at a share of that.
+    fn parted(&self, angle: f64, share: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
             let spacing = spacing[knot.near as usize];
             let resolved = RESOLVED / knot.frame.curvature();
-            knot.jacobi[0] * angle > resolved.clamp(APART * spacing, MOST_APART * spacing)
+            let most = resolved.clamp(APART * spacing, MOST_APART * spacing);
+            knot.jacobi[0] * angle > share * most
         };
         let found = self.knots.iter().position(far)?;
         Some(self.knots[found.saturating_sub(1)].length)
@@ -104,11 +109,7 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
 ) -> Vec<Sample<D>> {
     let (graph, spacing) = (limits.graph, limits.spacing);
     let (node, frame, near) = source;
-    let shoot = |angle: f64, needed_from: f64, parents: Option<(&Ray<_, _>, &Ray<_, _>, f64)>| {
-        let middle = parents.and_then(|(left, right, between)| {
-            let (left, right) = (left.at(needed_from)?, right.at(needed_from)?);
-            ray::halfway(surface, graph, [&left, &right], between)
-        });
+    let shoot = |angle: f64, needed_from: f64, middle: Option<Knot<D, S::Place>>| {
         let start = middle.unwrap_or_else(|| Knot {
             length: 0.0,
             frame: frame.turned([angle.cos(), angle.sin()]),
@@ -131,14 +132,19 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
     let mut jets = 0;
     while jets <= MOST_JETS * reachable {
         let count = rays.len();
-        let between: Vec<(usize, f64, f64)> = (0..count)
+        let between: Vec<(usize, f64, f64, f64)> = (0..count)
             .filter(|i| young[*i] || young[(i + 1) % count])
             .filter_map(|i| {
                 let (left, right) = (&rays[i], &rays[(i + 1) % count]);
                 let angle = (right.angle - left.angle).rem_euclid(TAU);
-                let from = [left, right].map(|ray| ray.parted(angle, spacing));
-                let from = from.into_iter().flatten().reduce(f64::min)?;
-                (angle > NARROWEST).then_some((i, angle, from))
+                let parted = |share| {
+                    let lengths = [left, right].map(|ray| ray.parted(angle, share, spacing));
+                    lengths.into_iter().flatten().reduce(f64::min)
+                };
+                let from = parted(1.0)?;
+                let begin = parted(EARLIER).map_or(from, |begin| begin.min(from));
+                let begin = begin.max(left.knots[0].length).max(right.knots[0].length);
+                (angle > NARROWEST).then_some((i, angle, from, begin))
             })
             .collect();
         if between.is_empty() {
@@ -146,9 +152,13 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         }
         let shot: Vec<Ray<D, S::Place>> = between
             .par_iter()
-            .map(|(i, angle, from)| {
-                let (left, right) = (&rays[*i], &rays[(i + 1) % count]);
-                shoot(left.angle + 0.5 * angle, *from, Some((left, right, *angle)))
+            .map(|(i, angle, from, begin)| {
+                let pair = neighbours(&rays, *i, *angle, *begin);
+                let middle = pair.and_then(|[left, right]| {
+                    let pair = [(&left.0, left.1), (&right.0, right.1)];
+                    ray::halfway(surface, graph, pair, *angle)
+                });
+                shoot(rays[*i].angle + 0.5 * angle, *from, middle)
             })
             .collect();
         jets += shot.iter().map(|ray| ray.knots.len()).sum::<usize>();
@@ -159,6 +169,47 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         .into_par_iter()
         .flat_map_iter(|i| samples(&rays, i, graph, spacing, start))
         .collect()
+}
+
+/// Two neighbouring rays at a length, each with the change of J by the angle, from the rays next to them too.
+fn neighbours<const D: usize, P: Copy>(
+    rays: &[Ray<D, P>],
+    index: usize,
+    angle: f64,
+    length: f64,
+) -> Option<[(Knot<D, P>, f64); 2]> {
+    let count = rays.len();
+    let (left, right) = (
+        rays[index].at(length)?,
+        rays[(index + 1) % count].at(length)?,
+    );
+    let mut known = vec![(0.0, left.jacobi[0]), (angle, right.jacobi[0])];
+    for (from, sign) in [(index, -1.0), (index + 1, 1.0)] {
+        let next = (1..=OUTWARDS).find_map(|step| {
+            let ray = &rays[if sign > 0.0 {
+                from + step
+            } else {
+                from + count - step
+            } % count];
+            let turn = sign * (sign * (ray.angle - rays[index].angle)).rem_euclid(TAU);
+            let knot = ray.at(length).filter(|knot| knot.jacobi[0] > 0.0)?;
+            Some((turn, knot.jacobi[0]))
+        });
+        known.extend(next.filter(|next| next.0.abs() <= OUTWARDS as f64 * angle));
+    }
+    Some([(left, slope_at(&known, 0)), (right, slope_at(&known, 1))])
+}
+
+/// The derivative, at one of its nodes, of the polynomial through values at some nodes.
+fn slope_at(nodes: &[(f64, f64)], index: usize) -> f64 {
+    let (x, value) = nodes[index];
+    let others = || nodes.iter().enumerate().filter(move |(j, _)| *j != index);
+    let terms = others().map(|(j, (xj, vj))| {
+        let weights = others().filter(|(i, _)| *i != j);
+        let weight: f64 = weights.map(|(_, (xi, _))| (x - xi) / (xj - xi)).product();
+        (vj - value) / (xj - x) * weight
+    });
+    terms.sum()
 }
 
 /// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.

@@ -85,15 +85,16 @@ impl<const D: usize> Frame<D> {
     }
 
     /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates:
-    /// v = w + <II(w, w) / 6 + share z, II(w, .)>, w the tangential part of the chord and z the height
-    /// over the quadric. The length's error is of fifth order in a step along a plane curve.
+    /// v = w + <(1/6 - |II(w, .)|^2 / 40) II(w, w) + share z, II(w, .)>, w the tangential part of the chord and
+    /// z the height over the quadric. The length's error is of fifth order in a step along a plane curve.
     pub fn log(&self, x: &Vector<D>, share: f64) -> [f64; 2] {
         let chord = x - self.point;
         let w = self.coordinates(&chord);
         let bends = self.bends(w);
         let bend = bends[0] * w[0] + bends[1] * w[1];
         let height = chord - self.vector(w) - bend * 0.5;
-        let pull = bend / 6.0 + height * share;
+        let steep = bends[0].norm_squared() + bends[1].norm_squared();
+        let pull = bend * (1.0 / 6.0 - steep / 40.0) + height * share;
         [w[0] + pull.dot(&bends[0]), w[1] + pull.dot(&bends[1])]
     }
 

@@ -198,29 +198,28 @@ fn settled<const D: usize>(
 }
 
 /// The ray halfway between two that leave the source at an angle to each other, at the same length: across
-/// both runs the quintic with the slopes and second derivatives that their Jacobi fields say, of sixth order
-/// in their distance but along the front itself. `None` where they are too far apart.
+/// both runs the quintic with the slopes and second derivatives that their Jacobi fields say, whose changes by
+/// the angle are given. `None` where they are too far apart.
 pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     surface: &S,
     graph: &Graph<D, S::Place>,
-    pair: [&Knot<D, S::Place>; 2],
+    pair: [(&Knot<D, S::Place>, f64); 2],
     angle: f64,
 ) -> Option<Knot<D, S::Place>> {
-    let [a, b] = pair;
+    let [(a, change_a), (b, change_b)] = pair;
     let bent = a.frame.curvature().max(b.frame.curvature());
     let apart = a.jacobi[0].max(b.jacobi[0]) * angle;
     if apart * bent > MOST_BENT || a.jacobi[0] <= 0.0 || b.jacobi[0] <= 0.0 {
         return None;
     }
-    let change = (b.jacobi[0] - a.jacobi[0]) / angle;
-    let across = |k: &Knot<D, S::Place>| {
+    let across = |k: &Knot<D, S::Place>, change: f64| {
         let ([t, side], [j, slope]) = (k.frame.tangents, k.jacobi);
         let first = side * j;
         let second = k.frame.second[2] * (j * j) - t * (j * slope) + side * change;
         let turning = side * slope + k.frame.second[1] * j;
         (first, second, turning)
     };
-    let ((da, dda, ta), (db, ddb, tb)) = (across(a), across(b));
+    let ((da, dda, ta), (db, ddb, tb)) = (across(a, change_a), across(b, change_b));
     let (xa, xb) = (a.frame.point, b.frame.point);
     let (va, vb) = (a.frame.tangents[0], b.frame.tangents[0]);
     let x =

@@ -175,16 +175,16 @@ impl<const D: usize> Frame<D> {
         tidal
     }
 
-    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates:
-    /// v = w + <II(w, w) / 6 + share z, II(w, .)>, w the tangential part of the chord and z the height
-    /// over the quadric. The length's error is of fifth order in a step along a plane curve.
+    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates, as
+    /// [in two dimensions](crate::field::frame::Frame::log).
     pub fn log(&self, x: &Vector<D>, share: f64) -> Vector<D> {
         let chord = x - self.point;
         let w = self.coordinates(&chord);
         let bends = self.bends(&w);
         let bend = bends * w;
         let height = chord - self.vector(&w) - bend * 0.5;
-        w + bends.tr_mul(&(bend / 6.0 + height * share))
+        let steep = bends.norm_squared();
+        w + bends.tr_mul(&(bend * (1.0 / 6.0 - steep / 40.0) + height * share))
     }
 
     /// Tangent coordinates there of a vector here, carried along the geodesic whose initial velocity is `v`;
