@@ -5,10 +5,12 @@
 //! - [`closed_form`]: distances that a formula gives;
 //! - [`revolution`]: nearly round ellipsoids of revolution by Karney's series;
 //! - [`cost`]: least costs in the plane that a formula gives;
+//! - [`direction`]: errors of logarithms and of parallel transport against known geodesics;
 //! - [`shooting`]: every geodesic between two points of a torus or a triaxial ellipsoid, by the geodesic equation.
 
 pub mod closed_form;
 pub mod cost;
+pub mod direction;
 pub mod generate;
 mod gragg;
 pub mod revolution;

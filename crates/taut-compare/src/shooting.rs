@@ -29,6 +29,8 @@ pub struct Geodesic {
     pub length: f64,
     /// Unit tangent at the start.
     pub direction: [f64; 3],
+    /// Unit tangent at the end.
+    pub arrival: [f64; 3],
     /// Distance from the end of the shot geodesic to the target, in the surface's units.
     pub residual: f64,
     /// Jacobi field at the end, J(0) = 0, J'(0) = 1: the length moves sideways by J for a radian of direction.
@@ -283,6 +285,8 @@ impl<'a, S: Surface> Fan<'a, S> {
         let (angle, length, residual, jacobi) =
             best.filter(|best| best.2 < 1e-11 * (1.0 + best.1))?;
         let direction = self.direction(angle).into();
+        let end = arrive(self.surface, self.start(angle), length);
+        let arrival = self.surface.velocity(&end).into();
         let stable = self.stable(angle, length);
         Some((
             angle,
@@ -290,6 +294,7 @@ impl<'a, S: Surface> Fan<'a, S> {
             Geodesic {
                 length,
                 direction,
+                arrival,
                 residual,
                 jacobi,
                 stable,

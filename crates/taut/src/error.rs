@@ -89,6 +89,11 @@ pub enum Error {
         /// The surface's dimension.
         dimension: usize,
     },
+    /// Logarithms where distances are not found by rays on a two-dimensional surface.
+    #[error(
+        "directions at the source are known on smooth surfaces of dimension 2 without costs only"
+    )]
+    NoDirections,
     /// Another number of costs than rows.
     #[error("found {found} costs for {expected} points; give one for each")]
     WrongCosts {

@@ -3,7 +3,7 @@
 
 use crate::field::fan::Sample;
 use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Jet, norm};
+use crate::field::jet::{Heading, Jet, norm, turned_by};
 
 /// A way in which a distance may reach the neighbourhood of a node.
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +13,8 @@ pub(crate) struct Branch {
     pub source: u32,
     /// Estimated error of the distance.
     pub error: f64,
+    /// Estimated error of the angle at the source.
+    pub angle_error: f64,
     /// How much shorter than another branch it must be to be believed, for it rests on jets far away.
     pub doubt: f64,
     /// So near the source that distances are measured from there.
@@ -52,6 +54,10 @@ struct Group {
     gradient: [f64; 2],
     curvature: f64,
     change: f64,
+    angle: f64,
+    angle_squares: f64,
+    turn: f64,
+    bow: f64,
 }
 
 impl Group {
@@ -71,20 +77,34 @@ impl Group {
         self.gradient[1] += weight * jet.gradient[1];
         self.curvature += weight * jet.curvature;
         self.change += weight * jet.change;
+        let turned = turned_by(self.first.heading.angle, jet.heading.angle);
+        self.angle += weight * turned;
+        self.angle_squares += weight * turned * turned;
+        self.turn += weight * jet.heading.turn;
+        self.bow += weight * jet.heading.bow;
     }
 
     fn branch(&self) -> Branch {
         let inverse = self.weight.recip();
         let mean = self.distance * inverse;
         let length = norm(self.gradient);
+        let turned = self.angle * inverse;
         Branch {
             jet: Jet {
                 distance: self.first.distance + mean,
                 gradient: self.gradient.map(|g| g / length),
                 curvature: self.curvature * inverse,
                 change: self.change * inverse,
+                heading: Heading {
+                    angle: self.first.heading.angle + turned,
+                    turn: self.turn * inverse,
+                    bow: self.bow * inverse,
+                },
             },
             source: self.source,
+            angle_error: (self.angle_squares * inverse - turned * turned)
+                .max(0.0)
+                .sqrt(),
             error: (self.squares * inverse - mean * mean).max(0.0).sqrt() + self.surface_error,
             doubt: self.doubt,
             at_source: false,
@@ -134,6 +154,10 @@ pub(crate) fn branches<'a, const D: usize>(
                 gradient: [0.0; 2],
                 curvature: 0.0,
                 change: 0.0,
+                angle: 0.0,
+                angle_squares: 0.0,
+                turn: 0.0,
+                bow: 0.0,
             });
         }
         if let Some(group) = group {
@@ -154,11 +178,13 @@ pub(crate) fn branches<'a, const D: usize>(
             gradient: [1.0, 0.0],
             curvature: 0.0,
             change: 0.0,
+            heading: Heading::default(),
         };
         branches.push(Branch {
             jet: Jet::of_point(source, start, frame).unwrap_or(here),
             source: index,
             error: source.log_error(length),
+            angle_error: source.log_error(length) / length.max(f64::MIN_POSITIVE),
             doubt: 0.0,
             at_source: true,
             carried: false,

@@ -42,52 +42,64 @@ impl<const D: usize> Value<D> {
     }
 }
 
+/// A value with the node's branch that it was taken from.
+pub(crate) struct Taken<const D: usize> {
+    pub value: Value<D>,
+    pub node: u32,
+    pub branch: usize,
+}
+
 impl<const D: usize> Field<D> {
-    /// The value at a point whose nearest node, with its frame, is given.
-    fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Value<D> {
-        let mut value = Value::unreached();
-        let mut believed = f64::INFINITY;
+    /// The value at a point near a node with its frame; `None` where unreached.
+    fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Option<Taken<D>> {
         let v = frame.log(x, share);
-        for branch in self.branches(node) {
-            if branch.at_source {
-                let source = &self.sources[branch.source as usize];
-                let v = source.log(x, share);
-                let distance = self.source_starts[branch.source as usize] + norm(v);
-                if distance < believed {
-                    believed = distance;
-                    value = Value {
-                        distance,
-                        error: branch.error.max(source.log_error(norm(v))),
-                        source: branch.source,
-                        direction: bent(source, v, v),
-                    };
-                }
-                continue;
-            }
-            let carried = branch.jet.distance_at(v, frame.gauss);
-            // No branch is longer than along the step, or shorter than straight through space.
-            let bound = branch.jet.distance + norm(v);
-            let chord = self.sources[branch.source as usize].point - x;
-            let least = self.source_starts[branch.source as usize] + chord.norm();
-            let free = carried.map_or(bound, |carried| carried.min(bound));
-            let distance = free.max(least);
-            if distance + branch.doubt < believed {
-                believed = distance + branch.doubt;
-                value = Value {
-                    distance,
-                    error: branch.error
-                        + frame.log_error(norm(v))
-                        + (distance - free)
-                        + carried.map_or(norm(v), |_| 0.0),
-                    source: branch.source,
-                    direction: direction_at(frame, &branch.jet, v),
-                };
-            }
+        let values = self.branches(node).iter().enumerate();
+        let values = values.map(|(index, branch)| {
+            let value = if branch.at_source {
+                self.from_source(branch, x, share)
+            } else {
+                self.by_branch(branch, frame, x, v)
+            };
+            let taken = Taken {
+                value,
+                node,
+                branch: index,
+            };
+            (value.distance + branch.doubt, taken)
+        });
+        let least = values.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        (least.value.distance <= self.max_distance).then_some(least)
+    }
+
+    fn from_source(&self, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
+        let source = &self.sources[branch.source as usize];
+        let v = source.log(x, share);
+        Value {
+            distance: self.source_starts[branch.source as usize] + norm(v),
+            error: branch.error.max(source.log_error(norm(v))),
+            source: branch.source,
+            direction: bent(source, v, v),
         }
-        if value.distance > self.max_distance {
-            return Value::unreached();
+    }
+
+    /// The value at a point to which `v` leads from a node with its frame.
+    fn by_branch(&self, branch: &Branch, frame: &Frame<D>, x: &Vector<D>, v: [f64; 2]) -> Value<D> {
+        let carried = branch.jet.distance_at(v, frame.gauss);
+        // No branch is longer than along the step, or shorter than straight through space.
+        let bound = branch.jet.distance + norm(v);
+        let chord = self.sources[branch.source as usize].point - x;
+        let least = self.source_starts[branch.source as usize] + chord.norm();
+        let free = carried.map_or(bound, |carried| carried.min(bound));
+        let distance = free.max(least);
+        Value {
+            distance,
+            error: branch.error
+                + frame.log_error(norm(v))
+                + (distance - free)
+                + carried.map_or(norm(v), |_| 0.0),
+            source: branch.source,
+            direction: direction_at(frame, &branch.jet, v),
         }
-        value
     }
 }
 
@@ -129,39 +141,53 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field at a node of the surface; unreached where the graph has no node near it.
     #[must_use]
     pub fn at(&self, field: &Field<D>, node: &Node<D, S::Place>) -> Value<D> {
-        let entrances = self.geodesics.entrances(node);
-        let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        nearest.map_or_else(Value::unreached, |(near, _)| {
+        let near = self.nearest_node(node);
+        near.map_or_else(Value::unreached, |near| {
             if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
-                let points = net.nearest(&node.point, *near, NEAREST_POINTS);
+                let points = net.nearest(&node.point, near, NEAREST_POINTS);
                 return found.at(net, &node.point, &points);
             }
-            let near = ray::nearest(self.geodesics.graph(), &node.point, *near);
             self.at_node(field, near, &node.point, ON_SURFACE)
         })
+    }
+
+    /// The node of the graph nearest to a node of the surface.
+    pub(crate) fn nearest_node(&self, node: &Node<D, S::Place>) -> Option<u32> {
+        let entrances = self.geodesics.entrances(node);
+        let entrance = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+        let graph = self.geodesics.graph();
+        Some(ray::nearest(graph, &node.point, entrance))
     }
 
     fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
         if let Some(Other::Manifold(found)) = &field.other {
             return self.at_any(found, node, x, share);
         }
-        let Some(frame) = &self.frames[node as usize] else {
-            return Value::unreached();
-        };
-        let mut value = field.at(node, frame, x, share);
+        let taken = self.taken(field, node, x, share);
+        taken.map_or_else(Value::unreached, |taken| taken.value)
+    }
+
+    /// The value at a point whose nearest node of the graph is given; `None` where unreached.
+    pub(crate) fn taken(
+        &self,
+        field: &Field<D>,
+        node: u32,
+        x: &Vector<D>,
+        share: f64,
+    ) -> Option<Taken<D>> {
+        let at = |node: u32| field.at(node, self.frames[node as usize].as_ref()?, x, share);
+        let mut taken = at(node);
         let focused =
             |branch: &Branch| branch.jet.curvature * self.spacing[node as usize] < -FOCUSED;
         if field.branches(node).iter().any(focused) {
-            for edge in self.adjacent(node) {
-                if let Some(frame) = &self.frames[edge.to as usize] {
-                    let other = field.at(edge.to, frame, x, share);
-                    if other.distance + other.error < value.distance {
-                        value = other;
-                    }
+            for other in self.adjacent(node).filter_map(|edge| at(edge.to)) {
+                let least = taken.as_ref().map_or(f64::INFINITY, |t| t.value.distance);
+                if other.value.distance + other.value.error < least {
+                    taken = Some(other);
                 }
             }
         }
-        value
+        taken
     }
 
     fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {

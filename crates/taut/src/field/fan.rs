@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::Vector;
 use crate::correction::length::HeightErrors;
 use crate::field::frame::Frame;
-use crate::field::jet::Jet;
+use crate::field::jet::{Heading, Jet};
 use crate::field::ray::{self, Knot, Limits};
 use crate::guess::graph::Graph;
 use crate::surface::{Node, Surface};
@@ -77,11 +77,11 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         between([self.knots.get(after.checked_sub(1)?)?, next], length)
     }
 
-    /// Curvature of the front, J' / J; `None` beyond the end.
-    fn front(&self, length: f64) -> Option<f64> {
+    /// J and J'; `None` beyond the end.
+    fn jacobi(&self, length: f64) -> Option<[f64; 2]> {
         let inside = length > 0.0 && length <= self.end();
         let [j, slope] = self.at(length).filter(|_| inside)?.jacobi;
-        (j > 0.0).then(|| slope / j)
+        (j > 0.0).then_some([j, slope])
     }
 
     /// The first length at which a ray at an angle beside it is too far off, or at a share of that.
@@ -327,10 +327,14 @@ fn samples<const D: usize, P: Copy>(
             break;
         }
         let least = BESIDE * spacing / j;
-        let fronts = [false, true].map(|left| beside(rays, index, left, least, length));
-        let steps = fronts.map(|found| {
-            let (angle, front) = found?;
-            Some((angle * j, front - curvature))
+        let found = [false, true].map(|left| beside(rays, index, left, least, length));
+        let fronts = found.map(|found| {
+            let (angle, [spread, slope]) = found?;
+            Some((angle * j, slope / spread - curvature))
+        });
+        let spreads = found.map(|found| {
+            let (angle, [spread, _]) = found?;
+            Some((angle * j, spread - j))
         });
         let most = MOST_CHANGE / (spacing * spacing);
         samples.push(Sample {
@@ -339,7 +343,12 @@ fn samples<const D: usize, P: Copy>(
                 distance: start + length,
                 gradient: [1.0, 0.0],
                 curvature,
-                change: change(steps).clamp(-most, most),
+                change: change(fronts).clamp(-most, most),
+                heading: Heading {
+                    angle: ray.angle,
+                    turn: j.recip(),
+                    bow: -change(spreads) / (j * j),
+                },
             },
             near,
             surface_error: ray.knots[knot].heights.length_error(),
@@ -349,15 +358,15 @@ fn samples<const D: usize, P: Copy>(
     samples
 }
 
-/// The angle, and the front's curvature at a length, of a ray to the left or right of another by at least an
-/// angle: nearer ones tell the change of the curvature from its error no better than their distance.
+/// The angle, and J and J' at a length, of a ray to the left or right of another by at least an angle: nearer
+/// ones tell the change of the curvature from its error no better than their distance.
 fn beside<const D: usize, P: Copy>(
     rays: &[Ray<D, P>],
     index: usize,
     left: bool,
     least: f64,
     length: f64,
-) -> Option<(f64, f64)> {
+) -> Option<(f64, [f64; 2])> {
     let count = rays.len();
     let mut step = 1;
     while step < count / 4 {
@@ -369,9 +378,9 @@ fn beside<const D: usize, P: Copy>(
         let turn = (rays[other].angle - rays[index].angle).rem_euclid(TAU);
         let turn = if left { turn } else { turn - TAU };
         if turn.abs() >= least
-            && let Some(front) = rays[other].front(length)
+            && let Some(jacobi) = rays[other].jacobi(length)
         {
-            return Some((turn, front));
+            return Some((turn, jacobi));
         }
         if turn.abs() > FARTHEST * least {
             return None;

@@ -5,6 +5,8 @@
 //! sn(delta) + kappa md(delta) = sn(s) cos(theta) + kappa md(s), s the length of the step and theta its
 //! angle to the gradient; kappa' = -kappa^2 - K (Riccati) along rays.
 
+use std::f64::consts::{PI, TAU};
+
 use crate::Vector;
 use crate::field::frame::{Frame, ON_SURFACE};
 
@@ -18,6 +20,26 @@ pub(crate) struct Jet {
     pub curvature: f64,
     /// Its derivative along the front, to the left of the gradient in the frame.
     pub change: f64,
+    pub heading: Heading,
+}
+
+/// The direction at the source of the ray that arrives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Heading {
+    /// In the tangent coordinates of the source's frame.
+    pub angle: f64,
+    /// Its derivative along the front, to the left of the gradient: 1 / J, negative where left at the source
+    /// is right here, if only by the sign of 0.
+    pub turn: f64,
+    /// Its second derivative along the front.
+    pub bow: f64,
+}
+
+impl Heading {
+    /// The angle this far along the front.
+    fn at(&self, arc: f64) -> f64 {
+        self.angle + arc * (self.turn + 0.5 * arc * self.bow)
+    }
 }
 
 /// Most curvature of the surface, times the square of the step: more is noise, and the series end.
@@ -42,7 +64,8 @@ pub(crate) struct Growth {
 impl Jet {
     /// A source at the frame's own point sees `to` at a distance; the jet there, in the frame of `to`.
     pub fn of_point<const D: usize>(from: &Frame<D>, start: f64, to: &Frame<D>) -> Option<Self> {
-        let length = norm(from.log(&to.point, ON_SURFACE));
+        let v = from.log(&to.point, ON_SURFACE);
+        let length = norm(v);
         let back = to.log(&from.point, ON_SURFACE);
         let inverse = norm(back).recip();
         inverse.is_finite().then(|| {
@@ -52,6 +75,11 @@ impl Jet {
                 gradient: [-back[0] * inverse, -back[1] * inverse],
                 curvature: (1.0 - bent / 3.0) / length,
                 change: 0.0,
+                heading: Heading {
+                    angle: v[1].atan2(v[0]),
+                    turn: from.handedness(to) * (1.0 + bent / 6.0) / length,
+                    bow: 0.0,
+                },
             }
         })
     }
@@ -92,6 +120,14 @@ impl Jet {
             [g[0] / norm(g), g[1] / norm(g)]
         };
         let curvature = self.curvature + self.change * front;
+        // Along the front itself: it is a circle in the surface of constant curvature.
+        let circle = self.curvature * self.curvature + gauss;
+        let arc = front * (1.0 + circle * front * front / 6.0);
+        let heading = Heading {
+            angle: self.heading.at(arc),
+            turn: hand * (self.heading.turn + arc * self.heading.bow) / growth.spread,
+            bow: self.heading.bow / (growth.spread * growth.spread),
+        };
         let Growth {
             delta,
             spread,
@@ -103,6 +139,7 @@ impl Jet {
             gradient,
             curvature: (curvature * cs - gauss * sn) / (cs + curvature * sn),
             change: hand * self.change / (spread * spread * spread),
+            heading,
         })
     }
 
@@ -141,6 +178,11 @@ pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
         sn: 2.0 * t * inverse,
         cs: (1.0 - z) * inverse,
     })
+}
+
+/// The angle from one direction to another, between -pi and pi.
+pub(crate) fn turned_by(from: f64, to: f64) -> f64 {
+    (to - from + PI).rem_euclid(TAU) - PI
 }
 
 /// Length of tangent coordinates.
@@ -202,6 +244,7 @@ mod tests {
                     gradient: away.map(|a| a / norm(away)),
                     curvature: distance.cos() / distance.sin(),
                     change: 0.0,
+                    heading: Heading::default(),
                 };
                 for turn in 0..16 {
                     let (sin, cos) = (f64::from(turn) * 0.4).sin_cos();

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use crate::field::branches::Branch;
 use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Jet, norm};
+use crate::field::jet::{Heading, Jet, norm};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 
@@ -96,7 +96,13 @@ fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Opti
     let v = from.log(&to.point, ON_SURFACE);
     let length = norm(v);
     let along = v[0] * branch.jet.gradient[0] + v[1] * branch.jet.gradient[1];
-    let bound = Jet::of_point(from, branch.jet.distance, to)?;
+    let mut bound = Jet::of_point(from, branch.jet.distance, to)?;
+    // All that comes by a node left the source in the same direction.
+    bound.heading = Heading {
+        angle: branch.jet.heading.angle,
+        turn: 0.0,
+        bow: 0.0,
+    };
     let carried = branch.jet.carried(from, to);
     let upwind = carried.filter(|jet| along >= UPWIND * length && jet.distance <= bound.distance);
     let jet = upwind.unwrap_or(bound);

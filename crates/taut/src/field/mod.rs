@@ -34,6 +34,7 @@ mod fan;
 mod farthest;
 mod frame;
 mod jet;
+mod logarithm;
 mod manifold;
 mod march;
 mod ray;
@@ -41,6 +42,7 @@ mod ray;
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
 pub use farthest::Farthest;
+pub use logarithm::Logarithm;
 
 use std::sync::OnceLock;
 

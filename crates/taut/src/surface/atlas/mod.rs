@@ -153,8 +153,15 @@ impl<const D: usize> Atlas<D> {
             row,
             reason: "the row was dropped because a value is not finite",
         })?;
-        let x = self.cloud.points[point as usize];
-        self.pulled_or_refused(&x, self.owners[point as usize])
+        self.node_of_point(point as usize)
+    }
+
+    /// The node of a point of the cloud, pulled onto the surface.
+    ///
+    /// # Errors
+    /// [`Error::NoFoot`] where the pull-back does not arrive.
+    pub(crate) fn node_of_point(&self, point: usize) -> Result<Node<D, ChartIndex>, Error> {
+        self.pulled_or_refused(&self.cloud.points[point], self.owners[point])
     }
 
     /// The node nearest to a point given in the input's coordinates.
