@@ -4,14 +4,19 @@
 use rayon::prelude::*;
 
 use crate::Vector;
+use crate::correction;
 use crate::error::Error;
 use crate::field::branches::{Branch, SAME_DIRECTION};
+use crate::field::evaluate::{FOCUSED, Value};
 use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Jet, norm, turned_by};
+use crate::field::jet::{Heading, Jet, norm, turned_by};
 use crate::field::{Field, Fields, frame};
 use crate::guess::Guide;
 use crate::surface::atlas::Atlas;
 use crate::surface::{Geometry, Node};
+
+/// Where rays draw together and angles are more uncertain than this, in radians, paths are pulled taut.
+const DOUBTFUL: f64 = 1e-2;
 
 /// The tangent vector at a source whose geodesic leads to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +27,7 @@ pub struct Logarithm<const D: usize> {
     pub error: f64,
     /// The nearest source.
     pub source: u32,
-    /// The source's two tangents, carried along the geodesic in parallel. `None` where the way bends round a hole
-    /// and at points that have no tangent plane.
+    /// The source's two tangents, carried along the geodesic in parallel. `None` where the way bends round a hole.
     pub transported: Option<[Vector<D>; 2]>,
 }
 
@@ -60,25 +64,72 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let taken = self.taken(field, near, &node.point, ON_SURFACE)?;
         let branch = field.branches(taken.node)[taken.branch];
         let length = taken.value.distance - field.source_starts[branch.source as usize];
-        let polar = |angle: f64| [length * angle.cos(), length * angle.sin()];
-        let Some(here) = frame(self.geodesics.surface(), node, geometry) else {
-            let angle = branch.jet.heading.angle;
-            return Some(Logarithm {
-                vector: polar(angle),
-                error: f64::INFINITY,
-                source: branch.source,
-                transported: None,
-            });
-        };
-        let jet = self.jet_at(field, taken.node, &branch, &here)?;
-        let error = branch.angle_error + self.angle_error(field, &taken.node, &branch, &here, &jet);
-        let transported = (!branch.carried).then(|| transported(&here, &jet));
+        let here = frame(self.geodesics.surface(), node, geometry)?;
+        let jet = self.jet_at(field, taken.node, &branch, &here);
+        let known = jet.map(|jet| {
+            let next = self.angle_error(field, taken.node, &branch, &here, &jet);
+            (jet, branch.angle_error + next)
+        });
+        let doubtful = known.is_none_or(|(_, error)| error > DOUBTFUL);
+        let focused = branch.jet.curvature * self.spacing[taken.node as usize] < -FOCUSED;
+        let polished = (doubtful && focused).then(|| {
+            let from = self.frames[taken.node as usize].as_ref()?;
+            let hand = from.handedness(&here) * branch.jet.heading.turn;
+            self.polished(field, &taken.value, node, &here, hand)
+        });
+        let (jet, error) = polished.flatten().or(known)?;
+        let (sin, cos) = jet.heading.angle.sin_cos();
         Some(Logarithm {
-            vector: polar(jet.heading.angle),
+            vector: [length * cos, length * sin],
             error: taken.value.error.hypot(length * error),
             source: branch.source,
-            transported,
+            transported: (!branch.carried).then(|| transported(&here, &jet)),
         })
+    }
+
+    /// Where rays draw together, directions are those of the path pulled taut; `None` where it is not the shortest.
+    fn polished(
+        &self,
+        field: &Field<D>,
+        value: &Value<D>,
+        node: &Node<D, S::Place>,
+        here: &Frame<D>,
+        hand: f64,
+    ) -> Option<(Jet, f64)> {
+        let index = value.source as usize;
+        let surface = self.geodesics.surface();
+        let near = field.source_nodes[index]?;
+        let mut start = self.geodesics.graph().nodes[near as usize];
+        start.point = field.sources[index].point;
+        if !surface.find_place(&start.point, &mut start.place, &mut Geometry::new(D - 2)) {
+            return None;
+        }
+        let settings = correction::Settings::default();
+        let path = self.geodesics.path(&start, node, &settings);
+        let length = value.distance - field.source_starts[index];
+        if !path.converged() || (path.length - length).abs() > value.error {
+            return None;
+        }
+        let ahead = field.sources[index].log(path.points.get(1)?, ON_SURFACE);
+        let back = here.log(path.points.iter().nth_back(1)?, ON_SURFACE);
+        let arrival = norm(back);
+        let steps = [
+            field.sources[index].log_error(norm(ahead)) / norm(ahead),
+            here.log_error(arrival) / arrival,
+        ];
+        let heading = Heading {
+            angle: ahead[1].atan2(ahead[0]),
+            turn: hand,
+            bow: 0.0,
+        };
+        let jet = Jet {
+            distance: path.length,
+            gradient: back.map(|b| -b / arrival),
+            curvature: 0.0,
+            change: 0.0,
+            heading,
+        };
+        Some((jet, steps[0].max(steps[1]) + settings.tolerance))
     }
 
     /// The jet of a branch at a frame near its node.
@@ -91,20 +142,16 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         branch.jet.carried(from, here)
     }
 
-    /// By how much the angle at the source differs from that which the next node would say.
+    /// By how much the angle at the source differs in the mean from what the nodes beside say, who are farther off.
     fn angle_error(
         &self,
         field: &Field<D>,
-        node: &u32,
+        node: u32,
         branch: &Branch,
         here: &Frame<D>,
         jet: &Jet,
     ) -> f64 {
-        let off = |n: u32| {
-            let point = &self.geodesics.graph().nodes[n as usize].point;
-            (point - here.point).norm()
-        };
-        let next = self.adjacent(*node).filter_map(|edge| {
+        let differences = self.adjacent(node).filter_map(|edge| {
             let same = field.branches(edge.to).iter().filter_map(|other| {
                 let there = self.jet_at(field, edge.to, other, here)?;
                 let along =
@@ -112,10 +159,14 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 let same = other.source == branch.source && along >= SAME_DIRECTION;
                 same.then(|| turned_by(jet.heading.angle, there.heading.angle).abs())
             });
-            Some((off(edge.to), same.reduce(f64::min)?))
+            same.reduce(f64::min)
         });
-        let next = next.min_by(|a, b| a.0.total_cmp(&b.0));
-        next.map_or(0.0, |next| next.1)
+        let (sum, count) = differences.fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
+        if count > 0.0 {
+            sum / count
+        } else {
+            f64::INFINITY
+        }
     }
 }
 

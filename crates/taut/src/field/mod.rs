@@ -30,6 +30,7 @@
 mod branches;
 mod cost;
 mod evaluate;
+mod exponential;
 mod fan;
 mod farthest;
 mod frame;
@@ -41,6 +42,7 @@ mod ray;
 
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
+pub use exponential::Shot;
 pub use farthest::Farthest;
 pub use logarithm::Logarithm;
 
@@ -109,6 +111,8 @@ pub struct Field<const D: usize> {
     starts: Vec<u32>,
     branches: Vec<Branch>,
     sources: Vec<Frame<D>>,
+    /// The nodes of the graph nearest to them.
+    source_nodes: Vec<Option<u32>>,
     source_starts: Vec<f64>,
     max_distance: f64,
     /// All there is on surfaces of other dimensions than 2 and with costs.
@@ -128,6 +132,7 @@ impl<const D: usize> Field<D> {
             starts: Vec::new(),
             branches: Vec::new(),
             sources: Vec::new(),
+            source_nodes: Vec::new(),
             source_starts: Vec::new(),
             max_distance,
             other: Some(other),
@@ -267,6 +272,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 longest: settings.max_distance - source.start,
                 detail: surface.detail(),
                 tolerance: self.tolerance(settings),
+                past_conjugate: false,
             };
             let at = (&source.node, &source_frames[i], near);
             let fan = fan::fan(surface, at, source.start, reachable, &limits);
@@ -336,6 +342,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             starts,
             branches: flat,
             sources: source_frames,
+            source_nodes: near,
             source_starts,
             max_distance: settings.max_distance,
             other: None,

@@ -40,6 +40,8 @@ pub(crate) struct Limits<'a, const D: usize, P> {
     pub detail: f64,
     /// Estimated error of a step that is allowed, relative to its length.
     pub tolerance: f64,
+    /// Rays go on where rays beside meet them.
+    pub past_conjugate: bool,
 }
 
 /// Steps of rays are at most this many spacings of the graph's nodes long.

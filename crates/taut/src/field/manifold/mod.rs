@@ -4,7 +4,7 @@ mod branches;
 mod cover;
 pub(crate) mod frame;
 pub(crate) mod jet;
-mod ray;
+pub(crate) mod ray;
 
 use rayon::prelude::*;
 
@@ -84,6 +84,7 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
             longest: settings.max_distance - source.start,
             detail: surface.detail(),
             tolerance,
+            past_conjugate: false,
         };
         let origin = Origin {
             node: &source.node,

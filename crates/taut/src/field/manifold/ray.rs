@@ -124,7 +124,8 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             }
             continue;
         }
-        if knot.length > 0.0 && meets(&knot.jacobi[0], &next.jacobi[0]) {
+        let ends = !limits.past_conjugate && knot.length > 0.0;
+        if ends && meets(&knot.jacobi[0], &next.jacobi[0]) {
             break;
         }
         next.near = nearest(limits.graph, &next.frame.point, next.near);
@@ -134,6 +135,28 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             break;
         }
         step *= change.min(3.0);
+    }
+    knots
+}
+
+/// The geodesic from a knot to exactly a length, or as far as [`shoot`] follows it.
+pub(crate) fn follow<const D: usize, S: Surface<D>>(
+    surface: &S,
+    start: Knot<D, S::Place>,
+    limits: &Limits<D, S::Place>,
+    length: f64,
+) -> Vec<Knot<D, S::Place>> {
+    let mut geometry = Geometry::new(D - start.frame.dimension());
+    let mut knots = shoot(surface, start, limits);
+    let within = knots.partition_point(|knot| knot.length < length);
+    if within < knots.len() {
+        knots.truncate(within);
+        let last = knots.last().and_then(|knot| {
+            let farthest = FARTHEST_OFF * limits.longest_step(knot.near);
+            let rest = length - knot.length;
+            Some(advance(surface, knot, rest, farthest, &mut geometry)?.0)
+        });
+        knots.extend(last);
     }
     knots
 }

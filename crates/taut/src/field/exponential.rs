@@ -1,0 +1,87 @@
+//! The exponential map: where the geodesic that leaves a point along a tangent vector ends.
+
+use crate::error::Error;
+use crate::field::manifold;
+use crate::field::manifold::ray::{Knot, follow};
+use crate::field::ray::Limits;
+use crate::field::{Fields, Settings};
+use crate::guess::Guide;
+use crate::surface::{Geometry, Node};
+use crate::{Matrix, Vector};
+
+/// A geodesic shot from a point.
+#[derive(Clone, Debug)]
+pub struct Shot<const D: usize> {
+    /// Points on it, from the source on; where they lie between is for a step of the integration to say.
+    pub points: Vec<Vector<D>>,
+    /// Its length from the source to each.
+    pub arc_length: Vec<f64>,
+    /// It was followed to its full length. Else the surface ended, or is not known well enough to go on.
+    pub complete: bool,
+    /// Estimated error of the end: by the tolerance and the surface's own error, where rays beside spread no faster
+    /// than on a plane.
+    pub error: f64,
+    /// The source's tangents, orthonormal, the first along the vector, in columns; k of them, the rest is 0.
+    pub tangents: Matrix<D>,
+    /// The same, carried along the geodesic in parallel to its end.
+    pub transported: Matrix<D>,
+}
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// Follows the geodesic that leaves a node of the surface along the tangential part of a vector, as long as that
+    /// part is, in any dimension; past conjugate points and past where it is the shortest way.
+    ///
+    /// # Errors
+    /// [`Error::NoFoot`] where the surface has no tangent space or the vector no tangential part,
+    /// [`Error::NoDirections`] of fields with costs.
+    pub fn exponential(
+        &self,
+        source: &Node<D, S::Place>,
+        vector: &Vector<D>,
+        settings: &Settings,
+    ) -> Result<Shot<D>, Error> {
+        if self.net.is_some() {
+            return Err(Error::NoDirections);
+        }
+        let refused = |reason| Error::NoFoot {
+            point: format!("{:?}", source.point.as_slice()),
+            reason,
+        };
+        let surface = self.geodesics.surface();
+        let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
+        let frame = manifold::frame(surface, source, &mut geometry)
+            .ok_or_else(|| refused("it has no tangent space there"))?;
+        let along = frame.coordinates(vector);
+        let length = along.norm();
+        let direction = along
+            .try_normalize(0.0)
+            .filter(|_| length.is_finite())
+            .ok_or_else(|| refused("the direction has no part along the surface"))?;
+        let near = self
+            .nearest_node(source)
+            .ok_or_else(|| refused("no node of the surface is near"))?;
+        let limits = Limits {
+            graph: self.geodesics.graph(),
+            spacing: &self.spacing,
+            bound: &|_| f64::INFINITY,
+            longest: length,
+            detail: surface.detail(),
+            tolerance: self.tolerance(settings),
+            past_conjugate: true,
+        };
+        let first = Knot::first(&frame, &direction, source.place, near);
+        let tangents = first.frame.tangents;
+        let knots = follow(surface, first, &limits, length);
+        let last = knots.last();
+        let height = last.map_or(0.0, |last| surface.height_error(last.place));
+        let error = last.map_or(0.0, |last| last.heights.length_error());
+        Ok(Shot {
+            complete: last.is_some_and(|last| last.length >= length),
+            error: limits.tolerance * length + error.hypot(height),
+            transported: last.map_or(tangents, |last| last.frame.tangents),
+            tangents,
+            arc_length: knots.iter().map(|knot| knot.length).collect(),
+            points: knots.iter().map(|knot| knot.frame.point).collect(),
+        })
+    }
+}
