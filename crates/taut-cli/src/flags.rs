@@ -264,6 +264,9 @@ pub struct FieldFlags {
     /// Look no farther than this; what is farther counts as not reached
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub max_distance: Option<f64>,
+    /// Only the K points nearest to the sources; all others count as not reached
+    #[arg(long, value_name = "K")]
+    pub nearest: Option<NonZeroUsize>,
     /// A text file with the cost per length at each point, above 0, inf where nothing passes; one on each line,
     /// in the order of the points. Distances are then costs
     #[arg(long, value_name = "FILE.txt")]

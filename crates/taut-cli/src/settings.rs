@@ -1,6 +1,7 @@
 //! What the command was asked to do, checked.
 
 use std::fmt;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -249,6 +250,8 @@ pub struct FieldSettings {
     /// Points to find distances at, instead of those of the surface.
     pub at: Option<PathBuf>,
     pub field: field::Settings,
+    /// Only so many points, the nearest to the sources.
+    pub nearest: Option<usize>,
     /// What ways cost, where that is not their length.
     pub cost: Option<CostSettings>,
     pub json: bool,
@@ -293,6 +296,7 @@ impl TryFrom<FieldFlags> for FieldSettings {
                 tolerance: flags.tolerance,
                 max_distance: flags.max_distance.unwrap_or(f64::INFINITY),
             },
+            nearest: flags.nearest.map(NonZeroUsize::get),
             cost: has_cost.then(|| CostSettings {
                 rows: flags.cost,
                 no_go: flags.no_go,

@@ -136,6 +136,96 @@ fn equations_are_asked_at_points() {
     assert!(text(&output.stderr).contains("--at FILE"));
 }
 
+/// The rows of finite distance, nearest first, of equally near ones the first.
+fn reached(found: &[Vec<f64>]) -> Vec<usize> {
+    let mut reached: Vec<usize> = (0..found.len())
+        .filter(|i| found[*i][0].is_finite())
+        .collect();
+    reached.sort_by(|a, b| found[*a][0].total_cmp(&found[*b][0]).then(a.cmp(b)));
+    reached
+}
+
+#[test]
+fn the_nearest_are_those_of_the_whole_field() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let mut points = sphere(5000, HERE, 21);
+    points.push(points[40]);
+    write_points(&file, &points);
+    let rates = folder.path().join("rates.txt");
+    let rate = |p: &[f64; 3]| format!("{}\n", 1.5 + p[2]);
+    std::fs::write(&rates, points.iter().map(rate).collect::<String>()).expect("written");
+    let curve = folder.path().join("curve.csv");
+    let turn = |i: u32| (f64::from(i) * 0.01).sin_cos();
+    let line = |i| format!("{},{},0,0\n", turn(i).1, turn(i).0);
+    std::fs::write(&curve, (0..628).map(line).collect::<String>()).expect("written");
+    let at = folder.path().join("at.xyz");
+    let others = sphere(700, HERE, 22);
+    write_points(&at, &others);
+    let sources = ["--source", "40", "--source", "7"];
+    for (surface, extra, counts) in [
+        (&file, vec![], vec![1, 2, 100, 4000, 9000]),
+        (&file, vec!["--cost", name(&rates)], vec![3, 300]),
+        (&file, vec!["--at", name(&at)], vec![50]),
+        (&curve, vec!["--dimension", "1"], vec![30]),
+    ] {
+        let asked = ["field", name(surface)];
+        let whole = [&asked[..], &sources, &extra].concat();
+        let output = taut(&whole);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let all = rows(text(&output.stdout), '\t');
+        let least = reached(&all);
+        for count in counts {
+            let most = count.to_string();
+            let asked = [&whole[..], &["--nearest", &most]].concat();
+            let output = taut(&asked);
+            assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+            let some = rows(text(&output.stdout), '\t');
+            let found = reached(&some);
+            assert_eq!(found.len(), count.min(all.len()), "{asked:?}");
+            for (found, row) in found.iter().zip(&least) {
+                let [here, there] = [some[*found][0], all[*row][0]];
+                assert!((here - there).abs() < 1e-5, "{asked:?}: {here} {there}");
+                assert_eq!(some[*found][2], all[*found][2]);
+            }
+            let told = format!("only the {count} nearest were asked for");
+            assert_eq!(
+                text(&output.stderr).contains(&told),
+                count < all.len(),
+                "{}",
+                text(&output.stderr)
+            );
+        }
+    }
+    let told = object(
+        &taut(
+            &[
+                &["field", name(&file), "--nearest", "9", "--json"],
+                &sources[..],
+            ]
+            .concat(),
+        ),
+        0,
+    );
+    assert_eq!(number(&told, "nearest"), 9.0);
+    assert_eq!(number(&told, "unreached"), 4992.0);
+}
+
+#[test]
+fn the_nearest_query_points_of_an_equation_are_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("points.xyz");
+    let points = sphere(2000, HERE, 23);
+    write_points(&file, &points);
+    let shape = ["field", "--shape", "sphere:1", "--source", "0,0,1"];
+    let output = taut(&[&shape[..], &["--at", name(&file), "--nearest", "25"]].concat());
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let found = reached(&rows(text(&output.stdout), '\t'));
+    let mut truth: Vec<usize> = (0..points.len()).collect();
+    truth.sort_by(|a, b| points[*b][2].total_cmp(&points[*a][2]));
+    assert_eq!(found, truth[..25]);
+}
+
 #[test]
 fn refusals_say_what_was_expected() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use taut::Vector;
-use taut::field::Value;
+use taut::field::{Value, least};
 
 use crate::answer::coordinates;
 
@@ -61,8 +61,24 @@ impl Answer {
             .extend(coordinates(&value.direction, self.dimension));
     }
 
-    /// What is told of the field. `sources` were asked for.
-    pub fn facts(&self, sources: usize) -> Facts {
+    /// Forgets all but the `count` nearest points, of equally near ones the first.
+    pub fn keep_nearest(&mut self, count: usize) {
+        let mut kept = vec![false; self.distance.len()];
+        for row in least(&self.distance, count) {
+            kept[row] = true;
+        }
+        for (row, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {
+            if !self.distance[row].is_nan() {
+                self.distance[row] = f64::INFINITY;
+                self.error[row] = 0.0;
+                self.source[row] = -1.0;
+                self.gradient[row * self.dimension..][..self.dimension].fill(0.0);
+            }
+        }
+    }
+
+    /// What is told of the field. `sources` were asked for, and where it ends with them the `nearest` points.
+    pub fn facts(&self, sources: usize, nearest: Option<usize>) -> Facts {
         let reached = || {
             self.distance
                 .iter()
@@ -88,6 +104,7 @@ impl Answer {
             farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
             error_median: errors.get(errors.len() / 2).copied(),
             error_most: errors.last().copied(),
+            nearest,
             unreached: count(f64::is_infinite),
             unusable: count(f64::is_nan),
             moved_most: largest_move,
@@ -106,6 +123,9 @@ pub struct Facts {
     /// Estimated errors over the points reached.
     pub error_median: Option<f64>,
     pub error_most: Option<f64>,
+    /// The number of points that were asked for, the nearest ones; all others count as not reached.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<usize>,
     /// Points that are infinitely far.
     pub unreached: usize,
     /// Points without a place on the surface.

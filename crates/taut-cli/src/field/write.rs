@@ -14,7 +14,7 @@ use crate::settings::{FieldSettings, Source};
 
 /// Writes the files asked for and tells of the field; without any its values go to standard output.
 pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Result<(), Failure> {
-    let facts = found.answer.facts(found.sources);
+    let facts = found.answer.facts(found.sources, settings.nearest);
     if let Some(file) = &settings.output {
         progress.step("writing the distances");
         let original = match (&settings.source, &settings.at) {
@@ -62,13 +62,17 @@ fn note(facts: &Facts, progress: &Progress) {
     let Facts {
         surface,
         points,
+        nearest,
         unreached,
         unusable,
         ..
     } = facts;
     if *unreached > 0 {
+        let why = nearest.map_or(String::new(), |nearest| {
+            format!(", as only the {nearest} nearest were asked for")
+        });
         progress.note(&format!(
-            "{surface}: {unreached} of {points} points are not reached: their distance is inf"
+            "{surface}: {unreached} of {points} points are not reached{why}: their distance is inf"
         ));
     }
     if *unusable > 0 {
@@ -89,6 +93,9 @@ fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     let errors = [facts.error_median, facts.error_most].map(exponential);
     let errors = format!("{} (median), {} at most", errors[0], errors[1]);
     line(out, "estimated error", &errors)?;
+    if let Some(nearest) = facts.nearest {
+        line(out, "nearest asked for", &nearest.to_string())?;
+    }
     line(out, "not reached", &facts.unreached.to_string())?;
     if let Some(moved) = facts.moved_most {
         line(out, "moved by at most", &exponential(Some(moved)))?;

@@ -11,7 +11,7 @@ mod march;
 mod net;
 mod update;
 
-pub(crate) use march::{Found, Origin, find};
+pub(crate) use march::{Found, Limits, Origin, find};
 pub(crate) use net::Net;
 
 use crate::Vector;
