@@ -33,6 +33,7 @@ mod evaluate;
 mod fan;
 mod farthest;
 mod frame;
+mod isolines;
 mod jet;
 mod manifold;
 mod march;
@@ -42,6 +43,7 @@ mod ray;
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
 pub use farthest::Farthest;
+pub use isolines::Isoline;
 pub use nearest::least;
 
 use std::sync::OnceLock;
