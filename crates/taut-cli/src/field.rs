@@ -2,6 +2,7 @@
 
 mod answer;
 mod cost;
+mod isolines;
 mod write;
 
 use std::path::Path;
@@ -23,6 +24,7 @@ use crate::settings::{CloudSettings, End, EquationSettings, FieldSettings, Sourc
 use crate::sites::{self, Site};
 use crate::surface::{FlatSamples, Locate, flat_samples, locate, with_size};
 pub use answer::Answer;
+use isolines::Line;
 
 /// A field, its dimension forgotten, with what a picture shows of it.
 struct Found {
@@ -31,6 +33,7 @@ struct Found {
     /// The file's rows that the points come from, where some were left out.
     rows_kept: Option<Vec<usize>>,
     drawn: Option<(FlatSamples, Levels)>,
+    isolines: Option<Vec<Line>>,
 }
 
 /// Finds the distances and writes what was asked for.
@@ -176,8 +179,21 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
         let own = own(&fields, &field);
         // The nearest of other points are not the nearest of the surface's own.
         let own = if places.is_none() { own.map(kept) } else { own };
-        let picture = self.settings.picture.is_some();
-        let drawn = picture.then(|| self.drawn(&fields, &field, own.as_ref()));
+        let needs_levels = self.settings.picture.is_some() || self.settings.isolines.is_some();
+        let drawn = needs_levels.then(|| self.drawn(&fields, &field, own.as_ref()));
+        let isolines = match (&self.settings.isolines, &drawn) {
+            (Some(asked), Some((_, levels))) => {
+                self.progress.step("isolines");
+                let found = isolines::find(asked, levels, &fields, &field);
+                let found = found.map_err(refused)?;
+                Some(Line::flattened(
+                    &found,
+                    &self.geodesics.surface().centre(),
+                    self.dimension,
+                ))
+            }
+            _ => None,
+        };
         let answer = match places {
             Some(places) => kept(self.at(&fields, &field, places)),
             None => own.ok_or_else(|| Failure::Usage(format!(
@@ -190,6 +206,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             sources: sources.len(),
             rows_kept: self.rows_kept.map(<[usize]>::to_vec),
             drawn,
+            isolines,
         })
     }
 

@@ -43,13 +43,14 @@ const FIELD_EXAMPLES: &str = "\
 Examples:
   taut field scan.ply --source 12 -o distances.ply --picture field.png
   taut field scan.las --class 2 --sources wells.txt -o ground.las
-  taut field torus.npy --source 0 -o distances.npy
+  taut field torus.npy --source 0 -o distances.npy --isolines lines.vtp
+  taut field scan.ply --source 12 --nearest 100 --json
   taut field ground.las --class 2 --source 0 --slope hiking --no-go lake.txt --picture walks.png
   taut field --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz
 
 Each distance comes with an estimate of its error, what the surface adds included, and with the number of
 the nearest source, the first is 0. What no source reaches is infinitely far.
-Without -o, --picture and --json the values go to standard output, a line a point.";
+Without -o, --picture, --isolines and --json the values go to standard output, a line a point.";
 
 const MATRIX_EXAMPLES: &str = "\
 Examples:
@@ -279,6 +280,19 @@ pub struct FieldFlags {
     /// uphill and 1 + DOWN grade downhill
     #[arg(long, value_name = "LAW", value_parser = slope)]
     pub slope: Option<Slope>,
+    /// Write isolines, polylines on the surface with their level: .ply .obj .csv .json .vtk .vtp
+    #[arg(long, value_name = "FILE")]
+    pub isolines: Option<PathBuf>,
+    /// The distances of the isolines, such as 0.5,1,1.5 [default: round numbers, some 16 lines]
+    #[arg(
+        long,
+        value_name = "V,..",
+        allow_hyphen_values = true,
+        value_delimiter = ',',
+        requires = "isolines"
+    )]
+    #[arg(value_parser = coordinate)]
+    pub levels: Vec<f64>,
     /// One JSON object that tells of the field
     #[arg(long)]
     pub json: bool,

@@ -252,11 +252,19 @@ pub struct FieldSettings {
     pub field: field::Settings,
     /// Only so many points, the nearest to the sources.
     pub nearest: Option<usize>,
+    pub isolines: Option<IsolineSettings>,
     /// What ways cost, where that is not their length.
     pub cost: Option<CostSettings>,
     pub json: bool,
     pub output: Option<PathBuf>,
     pub picture: Option<PathBuf>,
+}
+
+/// Isolines, and where to.
+pub struct IsolineSettings {
+    pub file: PathBuf,
+    /// Their distances; none where round ones will do.
+    pub levels: Vec<f64>,
 }
 
 /// What a way costs.
@@ -297,6 +305,10 @@ impl TryFrom<FieldFlags> for FieldSettings {
                 max_distance: flags.max_distance.unwrap_or(f64::INFINITY),
             },
             nearest: flags.nearest.map(NonZeroUsize::get),
+            isolines: flags.isolines.map(|file| IsolineSettings {
+                file,
+                levels: flags.levels,
+            }),
             cost: has_cost.then(|| CostSettings {
                 rows: flags.cost,
                 no_go: flags.no_go,

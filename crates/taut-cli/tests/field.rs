@@ -4,6 +4,8 @@ mod support;
 
 use std::path::Path;
 
+use serde_json::Value;
+
 use support::{code, number, object, sphere, taut, text, write_points};
 
 const HERE: [f64; 3] = [0.0; 3];
@@ -224,6 +226,85 @@ fn the_nearest_query_points_of_an_equation_are_found() {
     let mut truth: Vec<usize> = (0..points.len()).collect();
     truth.sort_by(|a, b| points[*b][2].total_cmp(&points[*a][2]));
     assert_eq!(found, truth[..25]);
+}
+
+#[test]
+fn isolines_are_circles_on_the_sphere() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let mut points = sphere(10_000, [40.0, 0.0, 0.0], 24);
+    points.push([40.0, 0.0, 1.0]);
+    write_points(&file, &points);
+    let out = folder.path().join("lines.json");
+    let asked = ["field", name(&file), "--source", "10000", "--json"];
+    let told = object(
+        &taut(&[&asked[..], &["--isolines", name(&out)]].concat()),
+        0,
+    );
+    let text = std::fs::read_to_string(&out).expect("written");
+    let lines: Vec<Value> = serde_json::from_str(&text).expect("JSON");
+    // The farthest point is pi away, a sixteenth of that is 0.2 rounded up or 0.1 rounded down.
+    assert_eq!(lines.len(), 31);
+    assert_eq!(number(&told["isolines"], "closed"), 31.0);
+    assert!(number(&told["isolines"], "missed_most") < 1e-6);
+    for (i, line) in lines.iter().enumerate() {
+        let level = number(line, "level");
+        assert_eq!(level, (i + 1) as f64 / 10.0);
+        let vertices: Vec<[f64; 3]> =
+            serde_json::from_value(line["points"].clone()).expect("points");
+        for [x, y, z] in &vertices {
+            let off = angle(&[0.0, 0.0, 1.0], &[x - 40.0, *y, *z]);
+            assert!((off - level).abs() < 1e-4, "{level} {off}");
+        }
+        let lengths = line["arc_length"].as_array().expect("lengths");
+        let length = lengths.last().and_then(Value::as_f64).expect("a length");
+        let truth = std::f64::consts::TAU * level.sin();
+        assert!(
+            (length / truth - 1.0).abs() < 4e-3,
+            "{level}: {length} {truth}"
+        );
+        assert_eq!(vertices.first(), vertices.last());
+    }
+}
+
+#[test]
+fn isolines_go_to_files_as_paths_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shape = ["field", "--shape", "torus:1,0.4", "--source", "1.4,0,0"];
+    let at = folder.path().join("at.xyz");
+    write_points(&at, &[[1.4, 0.0, 0.0], [-1.4, 0.0, 0.0]]);
+    for extension in ["csv", "obj", "ply", "vtk", "vtp"] {
+        let out = folder.path().join("lines").with_extension(extension);
+        let asked = [
+            "--at",
+            name(&at),
+            "--isolines",
+            name(&out),
+            "--levels",
+            "0.8,1.6",
+        ];
+        let output = taut(&[&shape[..], &asked].concat());
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let told = text(&output.stdout);
+        assert!(told.contains("3, 3 of them closed"), "{told}");
+        assert!(std::fs::metadata(&out).expect("written").len() > 1000);
+    }
+    for (asked, status, words) in [
+        (
+            ["--isolines", "lines.xyz"],
+            2,
+            "ply, obj, csv, json, vtk, vtp",
+        ),
+        (["--levels", "1,2"], 2, "--isolines"),
+    ] {
+        let output = taut(&[&shape[..], &["--at", name(&at)], &asked].concat());
+        assert_eq!(code(&output), status, "{}", text(&output.stderr));
+        assert!(
+            text(&output.stderr).contains(words),
+            "{}",
+            text(&output.stderr)
+        );
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use taut::Vector;
 use taut::field::{Value, least};
 
 use crate::answer::coordinates;
+use crate::field::isolines::Line;
 
 /// A field at points, in the coordinates and units of the input.
 pub struct Answer {
@@ -108,6 +109,7 @@ impl Answer {
             unreached: count(f64::is_infinite),
             unusable: count(f64::is_nan),
             moved_most: largest_move,
+            isolines: None,
         }
     }
 }
@@ -133,4 +135,26 @@ pub struct Facts {
     /// The most that a point was moved onto the surface; `None` for points of the surface itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moved_most: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub isolines: Option<IsolineFacts>,
+}
+
+/// What is told of isolines.
+#[derive(Serialize)]
+pub struct IsolineFacts {
+    pub lines: usize,
+    /// Of these.
+    pub closed: usize,
+    /// By how much the distance at a vertex misses its line's level at most.
+    pub missed_most: f64,
+}
+
+impl IsolineFacts {
+    pub fn of(lines: &[Line]) -> Self {
+        Self {
+            lines: lines.len(),
+            closed: lines.iter().filter(|line| line.closed).count(),
+            missed_most: lines.iter().map(|line| line.miss).fold(0.0, f64::max),
+        }
+    }
 }
