@@ -7,7 +7,7 @@ use crate::field::{Field, Fields, Other, Settings, Source, cost};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::Node;
-use crate::surface::atlas::Atlas;
+use crate::surface::atlas::{Atlas, ChartIndex};
 
 /// Steps from a node of the graph to a point beside it bend with the surface and are longer than their chord by
 /// this at most.
@@ -168,7 +168,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// As [`from`](Self::from).
     pub fn nearest(
         &self,
-        sources: &[Source<D, <Atlas<D> as crate::surface::Surface<D>>::Place>],
+        sources: &[Source<D, ChartIndex>],
         count: usize,
         settings: &Settings,
     ) -> Result<Field<D>, Error> {

@@ -7,6 +7,7 @@
 //! on a segment being cubic by its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron,
 //! SIAM Journal on Scientific Computing 43, 2021).
 
+mod evaluate;
 mod march;
 mod net;
 mod update;

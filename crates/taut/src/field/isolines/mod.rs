@@ -73,24 +73,32 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 known.map_or(f64::INFINITY, |known| known.0)
             })
             .collect();
+        let nodes = 0..graph.nodes.len() as u32;
+        let widest = nodes.map(|node| self.mean_edge(node)).fold(0.0, f64::max);
         let at_level = |level: &f64| {
             let mut follower = Follower::new(self, field, *level);
-            let mut seeds = self.seeds(field, &distances, &mut follower);
+            let mut spots = self.crossings(&distances, &mut follower);
+            spots.extend(self.beside_sources(field, widest, &mut follower));
+            let by_node = super::by_node(spots.iter().map(|spot| spot.near), graph.nodes.len());
+            let mut seeds = Seeds {
+                is_waiting: vec![true; spots.len()],
+                spots,
+                by_node,
+            };
             self.lines(&mut seeds, &mut follower)
         };
         Ok(levels.par_iter().flat_map_iter(at_level).collect())
     }
 
     /// Where edges of the graph cross the level.
-    fn seeds(
+    fn crossings(
         &self,
-        field: &Field<D>,
         distances: &[f64],
         follower: &mut Follower<'_, D, S>,
-    ) -> Seeds<D, S::Place> {
+    ) -> Vec<Spot<D, S::Place>> {
         let graph = self.geodesics.graph();
         let level = follower.level;
-        let mut spots: Vec<Spot<D, S::Place>> = Vec::new();
+        let mut spots = Vec::new();
         for (node, here) in (0..).zip(distances) {
             if *here >= level {
                 continue;
@@ -108,24 +116,34 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 }
             }
         }
-        // Of a cost nothing is known nearer to its source than to points.
+        spots
+    }
+
+    /// Places about the sources, where the level is so near to them that there may be no node between; of costs
+    /// nothing is known nearer to a source than the points are. No node has longer edges in the mean than `widest`.
+    fn beside_sources(
+        &self,
+        field: &Field<D>,
+        widest: f64,
+        follower: &mut Follower<'_, D, S>,
+    ) -> Vec<Spot<D, S::Place>> {
+        let graph = self.geodesics.graph();
+        let mut spots = Vec::new();
         for (source, start) in field.sources.iter().zip(&field.source_starts) {
-            let nodes = graph.nodes.iter().zip(0..);
+            let radius = follower.level - start;
+            if radius <= 0.0 || radius > AT_SOURCE * widest {
+                continue;
+            }
             let squared = |x: &Vector<D>| (x - source.point).norm_squared();
+            let nodes = graph.nodes.iter().zip(0..);
             let nearest = nodes.min_by(|a, b| squared(&a.0.point).total_cmp(&squared(&b.0.point)));
             let Some((node, near)) = nearest else { break };
-            let radius = level - start;
-            if radius > 0.0 && radius <= AT_SOURCE * self.mean_edge(near) {
+            if radius <= AT_SOURCE * self.mean_edge(near) {
                 let x = source.point + source.tangents[0] * radius;
                 spots.extend(follower.on_level(&x, (node.place, near), radius));
             }
         }
-        let by_node = super::by_node(spots.iter().map(|spot| spot.near), graph.nodes.len());
-        Seeds {
-            is_waiting: vec![true; spots.len()],
-            spots,
-            by_node,
-        }
+        spots
     }
 
     /// The mean length of a node's edges.

@@ -116,7 +116,8 @@ impl<'a, const D: usize, S: Guide<D>> Follower<'a, D, S> {
                 break;
             }
             let step = best.ahead * ((self.level - best.distance) / best.slope);
-            if !(step.norm() <= farthest) {
+            let length = step.norm();
+            if length.is_nan() || length > farthest {
                 return None;
             }
             let next = self.spot(&(best.point + step), (best.place, best.near))?;

@@ -30,6 +30,30 @@ pub(super) fn off<const D: usize, P>(x: &Vector<D>, from: &Spot<D, P>, to: &Spot
     (x - from.point - step * along.clamp(0.0, 1.0)).norm()
 }
 
+/// A place with the way on from there, the nearer side to one hand.
+struct Way<const D: usize, P> {
+    spot: Spot<D, P>,
+    /// 1 or -1, by the spot's frame.
+    hand: f64,
+    onward: Vector<D>,
+}
+
+impl<const D: usize, P: Copy> Way<D, P> {
+    fn new(spot: Spot<D, P>, hand: f64) -> Self {
+        Self {
+            onward: tangent(&spot, hand),
+            spot,
+            hand,
+        }
+    }
+
+    /// At another place beside it, the nearer side to the same hand.
+    fn at(&self, spot: Spot<D, P>) -> Self {
+        let hand = self.hand * self.spot.frame.handedness(&spot.frame);
+        Self::new(spot, hand)
+    }
+}
+
 impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
     /// The line from a place on, the nearer side on one hand throughout: `hand` is 1 or -1 for the two ways. And
     /// whether it comes back. `pass` hears of each step and says whether it leads past something new.
@@ -40,9 +64,8 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
         pass: &mut impl FnMut(&Spot<D, S::Place>, &Spot<D, S::Place>) -> bool,
     ) -> (Vec<Spot<D, S::Place>>, bool) {
         let mut line = vec![*start];
-        let (mut here, mut hand) = (*start, hand);
-        let mut onward = tangent(start, hand);
-        let mut mean = self.fields.mean_edge(here.near);
+        let mut way = Way::new(*start, hand);
+        let mut mean = self.fields.mean_edge(start.near);
         let mut length = LONGEST * mean;
         let (mut astray, mut fresh) = (0.0, line.len());
         loop {
@@ -50,68 +73,65 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
                 line.truncate(fresh);
                 break;
             }
-            let x = here.point + onward * length;
-            let next = self.on_level(&x, (here.place, here.near), length);
+            let here = way.spot;
             let shortest = SHORTEST * mean;
-            let turned = next.as_ref().map(|next| {
-                let hand = hand * here.frame.handedness(&next.frame);
-                (hand, tangent(next, hand))
-            });
-            let cosine = turned.map_or(-1.0, |(_, ahead)| ahead.dot(&onward));
-            let step = next.map_or(0.0, |next| (next.point - here.point).norm());
-            let is_clear = cosine >= TURN && step >= ONWARD * length;
-            if !is_clear && length > shortest {
+            let x = here.point + way.onward * length;
+            let next = self.on_level(&x, (here.place, here.near), length);
+            let next = next.map(|next| way.at(next));
+            let cosine = |next: &Way<D, S::Place>| next.onward.dot(&way.onward);
+            let step = |next: &Way<D, S::Place>| (next.spot.point - here.point).norm();
+            let ahead = next.filter(|next| step(next) > ONWARD * length);
+            let straight = ahead.as_ref().map_or(-1.0, cosine);
+            if straight < TURN && length > shortest {
                 length = (0.5 * length).max(shortest);
                 continue;
             }
-            let found = if step >= ONWARD * length {
-                next.zip(turned)
-            } else {
-                self.round_corner(&here, hand, &onward, shortest)
+            let next = match ahead {
+                Some(next) => next,
+                None => match self.round_corner(&way, shortest) {
+                    Some(next) => next,
+                    None => break,
+                },
             };
-            let Some((next, turned)) = found else { break };
-            let step = (next.point - here.point).norm();
-            if line.len() > 2 && comes_back(start, &here, &next, step) {
+            let step = step(&next);
+            if line.len() > 2 && comes_back(start, &here, &next.spot, step) {
                 pass(&here, start);
                 line.push(*start);
                 return (line, true);
             }
-            line.push(next);
+            line.push(next.spot);
             astray += step;
-            if pass(&here, &next) {
+            if pass(&here, &next.spot) {
                 (astray, fresh) = (0.0, line.len());
             }
-            (here, hand, onward) = (next, turned.0, turned.1);
-            mean = self.fields.mean_edge(here.near);
-            if cosine > STRAIGHT {
+            mean = self.fields.mean_edge(next.spot.near);
+            way = next;
+            if straight > STRAIGHT {
                 length = (LONGER * length).min(LONGEST * mean);
             }
         }
         (line, false)
     }
 
-    /// On from a place where a front from elsewhere ends the line's own, along that: the place and its way on.
-    fn round_corner(
-        &mut self,
-        here: &Spot<D, S::Place>,
-        hand: f64,
-        onward: &Vector<D>,
-        shortest: f64,
-    ) -> Option<(Spot<D, S::Place>, (f64, Vector<D>))> {
+    /// On from a place where a front from elsewhere ends the line's own, along that.
+    fn round_corner(&mut self, way: &Way<D, S::Place>, shortest: f64) -> Option<Way<D, S::Place>> {
+        let here = &way.spot;
         for far in CORNER {
-            let x = here.point + onward * (far * shortest);
-            let other = self.spot(&x, (here.place, here.near))?;
-            if other.ahead.dot(&here.ahead) >= TURN {
+            let x = here.point + way.onward * (far * shortest);
+            let other = way.at(self.spot(&x, (here.place, here.near))?);
+            if other.spot.ahead.dot(&here.ahead) >= TURN {
                 continue;
             }
-            let hand = hand * here.frame.handedness(&other.frame);
-            let along = tangent(&other, hand);
             for far in CORNER {
-                let x = here.point + along * (far * shortest);
-                let next = self.on_level(&x, (other.place, other.near), far * shortest);
-                if let Some(next) = next.filter(|next| next.ahead.dot(&other.ahead) >= TURN) {
-                    let hand = hand * other.frame.handedness(&next.frame);
-                    return Some((next, (hand, tangent(&next, hand))));
+                let x = here.point + other.onward * (far * shortest);
+                let place = (other.spot.place, other.spot.near);
+                let next = self.on_level(&x, place, far * shortest);
+                let is_onward = |next: &Spot<D, S::Place>| {
+                    let step = (next.point - here.point).norm();
+                    step > ONWARD * shortest && next.ahead.dot(&other.spot.ahead) >= TURN
+                };
+                if let Some(next) = next.filter(is_onward) {
+                    return Some(other.at(next));
                 }
             }
         }
