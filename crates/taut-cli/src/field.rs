@@ -45,7 +45,7 @@ pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failur
     let found = match &settings.source {
         From::Cloud(cloud) => {
             clouds::refuse_mls(&cloud.model)?;
-            let points = clouds::read(cloud, progress)?;
+            let points = clouds::read(cloud, progress).map_err(cost::refusal)?;
             with_size!(
                 points.dimension,
                 of_cloud(settings, cloud, &points, progress)

@@ -308,6 +308,38 @@ fn isolines_go_to_files_as_paths_do() {
 }
 
 #[test]
+fn costs_may_stand_beside_the_points() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let points = sphere(2000, HERE, 25);
+    let rate = |p: &[f64; 3]| 1.5 + p[2];
+    let rates = folder.path().join("rates.txt");
+    let lines: String = points.iter().map(|p| format!("{}\n", rate(p))).collect();
+    std::fs::write(&rates, lines).expect("written");
+    let line = |p: &[f64; 3]| format!("{} {} {} {}\n", p[0], p[1], rate(p), p[2]);
+    let body: String = points.iter().map(line).collect();
+    let header = "ply\nformat ascii 1.0\nelement vertex 2000\nproperty double x\nproperty double y\nproperty double slowness\nproperty double z\nend_header\n";
+    let cloud = folder.path().join("sphere.ply");
+    std::fs::write(&cloud, header.to_owned() + &body).expect("written");
+    let named = folder.path().join("sphere.xyz");
+    std::fs::write(&named, "x y slowness z\n".to_owned() + &body).expect("written");
+    let found = |file: &Path, cost: &str| {
+        let output = taut(&["field", name(file), "--source", "3", "--cost", cost]);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        text(&output.stdout).to_owned()
+    };
+    let truth = found(&cloud, name(&rates));
+    assert_eq!(found(&cloud, "slowness"), truth);
+    assert_eq!(found(&named, "slowness"), truth);
+    let output = taut(&["field", name(&cloud), "--source", "3", "--cost", "speed"]);
+    assert_eq!(code(&output), 2, "{}", text(&output.stderr));
+    let told = text(&output.stderr);
+    assert!(
+        told.contains("--cost speed: found no such file") && told.contains("the columns slowness"),
+        "{told}"
+    );
+}
+
+#[test]
 fn refusals_say_what_was_expected() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("sphere.xyz");
