@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
-use taut::field::{Cost, Fields};
+use taut::field::{self, Cost, Field, Fields, Source};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut::surface::mls::MovingLeastSquares;
@@ -211,6 +211,15 @@ impl<const D: usize> Locate<D> for Atlas<D> {
             Some(cost) => Fields::with_cost(geodesics, cost),
             None => Fields::of_cloud(geodesics),
         }
+    }
+
+    fn nearest(
+        fields: &Fields<'_, D, Self>,
+        sources: &[Source<D, Self::Place>],
+        count: usize,
+        settings: &field::Settings,
+    ) -> Result<Field<D>, Error> {
+        fields.nearest(sources, count, settings)
     }
 }
 

@@ -2,10 +2,12 @@
 
 mod answer;
 mod cost;
+mod isolines;
 mod write;
 
 use std::path::Path;
 
+use taut::error::Error;
 use taut::field::{Cost, Field, Fields, Source};
 use taut::geodesics::Geodesics;
 use taut::surface::Node;
@@ -22,6 +24,7 @@ use crate::settings::{CloudSettings, End, EquationSettings, FieldSettings, Sourc
 use crate::sites::{self, Site};
 use crate::surface::{FlatSamples, Locate, flat_samples, locate, with_size};
 pub use answer::Answer;
+use isolines::Line;
 
 /// A field, its dimension forgotten, with what a picture shows of it.
 struct Found {
@@ -30,6 +33,7 @@ struct Found {
     /// The file's rows that the points come from, where some were left out.
     rows_kept: Option<Vec<usize>>,
     drawn: Option<(FlatSamples, Levels)>,
+    isolines: Option<Vec<Line>>,
 }
 
 /// Finds the distances and writes what was asked for.
@@ -41,7 +45,7 @@ pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failur
     let found = match &settings.source {
         From::Cloud(cloud) => {
             clouds::refuse_mls(&cloud.model)?;
-            let points = clouds::read(cloud, progress)?;
+            let points = clouds::read(cloud, progress).map_err(cost::refusal)?;
             with_size!(
                 points.dimension,
                 of_cloud(settings, cloud, &points, progress)
@@ -141,6 +145,14 @@ struct Asked<'a, const D: usize, S: Locate<D>> {
     progress: &'a Progress,
 }
 
+/// Points that distances were asked for at, other than the surface's own.
+struct Places<const D: usize, P> {
+    /// As given, row-major.
+    points: Vec<f64>,
+    /// Nodes of the surface and how far the points were moved there; `None` for those without a place on it.
+    located: Vec<Option<(Node<D, P>, f64)>>,
+}
+
 impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(
@@ -148,20 +160,42 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
         own: impl FnOnce(&Fields<'_, D, S>, &Field<D>) -> Option<Answer>,
     ) -> Result<Found, Failure> {
         let sources = self.sources()?;
+        let places = self.places()?;
         let refused = |error| Failure::Surface {
             surface: self.name.to_owned(),
             error,
         };
         self.progress.step("distances");
         let fields = S::fields(self.geodesics, self.cost.as_ref()).map_err(refused)?;
-        let field = fields
-            .from(&sources, &self.settings.field)
+        let field = self
+            .field(&fields, &sources, places.as_ref())
             .map_err(refused)?;
+        let kept = |mut answer: Answer| {
+            if let Some(count) = self.settings.nearest {
+                answer.keep_nearest(count);
+            }
+            answer
+        };
         let own = own(&fields, &field);
-        let picture = self.settings.picture.is_some();
-        let drawn = picture.then(|| self.drawn(&fields, &field, own.as_ref()));
-        let answer = match &self.settings.at {
-            Some(file) => self.at(&fields, &field, &sites::of_file(file, self.dimension, self.progress)?)?,
+        // The nearest of other points are not the nearest of the surface's own.
+        let own = if places.is_none() { own.map(kept) } else { own };
+        let needs_levels = self.settings.picture.is_some() || self.settings.isolines.is_some();
+        let drawn = needs_levels.then(|| self.drawn(&fields, &field, own.as_ref()));
+        let isolines = match (&self.settings.isolines, &drawn) {
+            (Some(asked), Some((_, levels))) => {
+                self.progress.step("isolines");
+                let found = isolines::find(asked, levels, &fields, &field);
+                let found = found.map_err(refused)?;
+                Some(Line::flattened(
+                    &found,
+                    &self.geodesics.surface().centre(),
+                    self.dimension,
+                ))
+            }
+            _ => None,
+        };
+        let answer = match places {
+            Some(places) => kept(self.at(&fields, &field, places)),
             None => own.ok_or_else(|| Failure::Usage(format!(
                 "{}: found a surface without points of its own, expected points to find distances at; name them with --at FILE (taut sample writes some)",
                 self.name
@@ -172,6 +206,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             sources: sources.len(),
             rows_kept: self.rows_kept.map(<[usize]>::to_vec),
             drawn,
+            isolines,
         })
     }
 
@@ -208,13 +243,31 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
         Answer::new(self.name, self.dimension, points, moved)
     }
 
-    /// The field at sites; a row must have a place on the surface, a point need not.
-    fn at(
+    /// The field, as far as it was asked for.
+    fn field(
         &self,
         fields: &Fields<'_, D, S>,
-        field: &Field<D>,
-        sites: &[Site],
-    ) -> Result<Answer, Failure> {
+        sources: &[Source<D, S::Place>],
+        places: Option<&Places<D, S::Place>>,
+    ) -> Result<Field<D>, Error> {
+        let settings = &self.settings.field;
+        match (self.settings.nearest, places) {
+            (None, _) => fields.from(sources, settings),
+            (Some(count), None) => S::nearest(fields, sources, count, settings),
+            (Some(count), Some(places)) => {
+                let located = places.located.iter().flatten();
+                let nodes: Vec<_> = located.map(|(node, _)| *node).collect();
+                fields.nearest_of(sources, &nodes, count, settings)
+            }
+        }
+    }
+
+    /// Where distances were asked for; a row must have a place on the surface, a point need not.
+    fn places(&self) -> Result<Option<Places<D, S::Place>>, Failure> {
+        let Some(file) = &self.settings.at else {
+            return Ok(None);
+        };
+        let sites = sites::of_file(file, self.dimension, self.progress)?;
         let centre = self.geodesics.surface().centre();
         let mut points = Vec::with_capacity(sites.len() * self.dimension);
         let mut located = Vec::with_capacity(sites.len());
@@ -232,13 +285,23 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
                 }
             }
         }
+        Ok(Some(Places { points, located }))
+    }
+
+    fn at(
+        &self,
+        fields: &Fields<'_, D, S>,
+        field: &Field<D>,
+        places: Places<D, S::Place>,
+    ) -> Answer {
         let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
-        let mut answer = self.empty(points, Some(located.iter().map(moved).collect()));
-        for found in located {
+        let moved = places.located.iter().map(moved).collect();
+        let mut answer = self.empty(places.points, Some(moved));
+        for found in places.located {
             let value = found.map(|(node, _)| fields.at(field, &node));
             answer.push(value.as_ref());
         }
-        Ok(answer)
+        answer
     }
 
     /// Points of the surface, its own where it has any, with the field at them.

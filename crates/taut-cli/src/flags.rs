@@ -43,13 +43,14 @@ const FIELD_EXAMPLES: &str = "\
 Examples:
   taut field scan.ply --source 12 -o distances.ply --picture field.png
   taut field scan.las --class 2 --sources wells.txt -o ground.las
-  taut field torus.npy --source 0 -o distances.npy
+  taut field torus.npy --source 0 -o distances.npy --isolines lines.vtp
+  taut field scan.ply --source 12 --nearest 100 --json
   taut field ground.las --class 2 --source 0 --slope hiking --no-go lake.txt --picture walks.png
   taut field --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz
 
 Each distance comes with an estimate of its error, what the surface adds included, and with the number of
 the nearest source, the first is 0. What no source reaches is infinitely far.
-Without -o, --picture and --json the values go to standard output, a line a point.";
+Without -o, --picture, --isolines and --json the values go to standard output, a line a point.";
 
 const MATRIX_EXAMPLES: &str = "\
 Examples:
@@ -142,10 +143,40 @@ pub struct SourceFlags {
     pub file: Option<PathBuf>,
     /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["classes", "format", "dimension"])]
     pub implicit: Vec<String>,
     /// A named shape such as sphere:1, torus:1,0.4 or ellipsoid:3,2,1
     #[arg(long, value_name = "NAME:SIZES", value_parser = Shape::parse)]
+    #[arg(conflicts_with_all = ["classes", "format", "dimension"])]
     pub shape: Option<Shape>,
+}
+
+/// How a file of points is read.
+#[derive(Debug, Args)]
+pub struct PointFlags {
+    /// Only LAS points of these classes, such as 2 or 2,6
+    #[arg(long = "class", value_name = "CLASS,..", value_delimiter = ',')]
+    pub classes: Vec<u8>,
+    /// The format of the file, by the extension that it usually has
+    #[arg(long, value_name = "NAME")]
+    pub format: Option<Format>,
+    /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
+    #[arg(long, value_name = "K")]
+    pub dimension: Option<usize>,
+}
+
+/// How paths are pulled taut.
+#[derive(Debug, Args)]
+pub struct CorrectionFlags {
+    /// Largest relative error of a length
+    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    pub tolerance: f64,
+    /// How paths are pulled taut
+    #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
+    pub correction: Correction,
+    /// Most nodes of a path
+    #[arg(long, value_name = "N", default_value_t = 8192)]
+    pub most_nodes: usize,
 }
 
 #[derive(Debug, Args)]
@@ -160,20 +191,8 @@ pub struct SurfaceFlags {
         conflicts_with_all = ["file", "shape"]
     )]
     pub bounds: Option<Bounds>,
-    /// Only LAS points of these classes, such as 2 or 2,6
-    #[arg(
-        long = "class",
-        value_name = "CLASS,..",
-        value_delimiter = ',',
-        conflicts_with_all = ["implicit", "shape"]
-    )]
-    pub classes: Vec<u8>,
-    /// The format of the file, by the extension that it usually has
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["implicit", "shape"])]
-    pub format: Option<Format>,
-    /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
-    #[arg(long, value_name = "K", conflicts_with_all = ["implicit", "shape"])]
-    pub dimension: Option<usize>,
+    #[command(flatten)]
+    pub points: PointFlags,
     /// The cells of a grid, one interval for all axes or one for each, such as 0.1 or 0.1,0.1,0.2
     /// [default: cells of 8 to 16 points]
     #[arg(
@@ -213,18 +232,11 @@ pub struct PathFlags {
     /// line; - reads them from standard input
     #[arg(long, value_name = "FILE")]
     pub pairs: Option<PathBuf>,
-    /// Largest relative error of the length
-    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
-    pub tolerance: f64,
+    #[command(flatten)]
+    pub correction: CorrectionFlags,
     /// Also up to N further paths, such as round the other side of a hole
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub alternatives: usize,
-    /// How the path is pulled taut
-    #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
-    pub correction: Correction,
-    /// Most nodes of a path
-    #[arg(long, value_name = "N", default_value_t = 8192)]
-    pub most_nodes: usize,
     /// One JSON object for each pair, on a line of its own
     #[arg(long)]
     pub json: bool,
@@ -264,9 +276,13 @@ pub struct FieldFlags {
     /// Look no farther than this; what is farther counts as not reached
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub max_distance: Option<f64>,
-    /// A text file with the cost per length at each point, above 0, inf where nothing passes; one on each line,
-    /// in the order of the points. Distances are then costs
-    #[arg(long, value_name = "FILE.txt")]
+    /// Only the K points nearest to the sources; all others count as not reached
+    #[arg(long, value_name = "K")]
+    pub nearest: Option<NonZeroUsize>,
+    /// The cost per length at each point, above 0, inf where nothing passes: a text file with one on each line, in
+    /// the order of the points, or else the name of a column of SURFACE's own file (ply, las, laz, or csv, xyz and txt
+    /// with names in the first line), such as intensity. Distances are then costs
+    #[arg(long, value_name = "FILE|COLUMN")]
     pub cost: Option<PathBuf>,
     /// A text file of corners, x and y on each line, of a polygon that nothing passes, seen along z; repeat it for
     /// several
@@ -276,6 +292,19 @@ pub struct FieldFlags {
     /// uphill and 1 + DOWN grade downhill
     #[arg(long, value_name = "LAW", value_parser = slope)]
     pub slope: Option<Slope>,
+    /// Write isolines, polylines on the surface with their level: .ply .obj .csv .json .vtk .vtp
+    #[arg(long, value_name = "FILE")]
+    pub isolines: Option<PathBuf>,
+    /// The distances of the isolines, such as 0.5,1,1.5 [default: round numbers, some 16 lines]
+    #[arg(
+        long,
+        value_name = "V,..",
+        allow_hyphen_values = true,
+        value_delimiter = ',',
+        requires = "isolines"
+    )]
+    #[arg(value_parser = coordinate)]
+    pub levels: Vec<f64>,
     /// One JSON object that tells of the field
     #[arg(long)]
     pub json: bool,
@@ -301,15 +330,8 @@ pub struct MatrixFlags {
     /// Only pairs within this distance, in the units of SURFACE: a sparse matrix
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     pub radius: Option<f64>,
-    /// Largest relative error of a length
-    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
-    pub tolerance: f64,
-    /// How paths are pulled taut
-    #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
-    pub correction: Correction,
-    /// Most nodes of a path
-    #[arg(long, value_name = "N", default_value_t = 8192)]
-    pub most_nodes: usize,
+    #[command(flatten)]
+    pub correction: CorrectionFlags,
     /// Where to put the matrix: .npy, or .npz with --radius
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
@@ -351,15 +373,8 @@ pub struct FitFlags {
     /// Where to put the model
     #[arg(long, short, value_name = "FILE.taut")]
     pub output: PathBuf,
-    /// Only LAS points of these classes, such as 2 or 2,6
-    #[arg(long = "class", value_name = "CLASS,..", value_delimiter = ',')]
-    pub classes: Vec<u8>,
-    /// The format of the file, by the extension that it usually has
-    #[arg(long, value_name = "NAME")]
-    pub format: Option<Format>,
-    /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
-    #[arg(long, value_name = "K")]
-    pub dimension: Option<usize>,
+    #[command(flatten)]
+    pub points: PointFlags,
     /// One JSON object
     #[arg(long)]
     pub json: bool,

@@ -142,6 +142,7 @@ fn write_files(
                 points: &path.points,
                 normals: Some(&path.normals),
                 arc_length: &path.arc_length,
+                level: None,
             })
             .collect();
         write_polylines(file, &polylines)?;

@@ -37,6 +37,25 @@ impl Levels {
             gradients: answer.gradient.clone(),
         }
     }
+
+    /// A round number, some sixteenth of the largest value: isolines lie that far apart.
+    pub fn interval(&self) -> f64 {
+        taut_draw::round_length(highest(&self.values) / ISOLINES)
+    }
+
+    /// The multiples of the interval below the largest value.
+    pub fn rounds(&self) -> Vec<f64> {
+        let (interval, highest) = (self.interval(), highest(&self.values));
+        // Of an interval below 1 the inverse is whole, and a quotient of whole numbers nearest to the fraction.
+        let multiple = |i: u32| match interval {
+            ..1.0 => f64::from(i) / interval.recip().round(),
+            _ => f64::from(i) * interval,
+        };
+        (1..)
+            .map(multiple)
+            .take_while(|level| *level < highest)
+            .collect()
+    }
 }
 
 /// Isolines in a picture, about.
@@ -53,7 +72,7 @@ pub fn draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Resul
 fn try_draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Result<(), DrawError> {
     let projection = Projection::new(samples.dimension, &samples.points)?;
     let mut scene = scene_of(&projection, samples)?;
-    let interval = taut_draw::round_length(highest(&levels.values) / ISOLINES);
+    let interval = levels.interval();
     scene.show_levels(taut_draw::Levels {
         values: levels.values.clone(),
         gradients: projection.apply(&levels.gradients)?,

@@ -1,12 +1,13 @@
 //! What the command was asked to do, checked.
 
+mod field;
+
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::ValueEnum;
 use taut::correction;
-use taut::field;
 use taut::guess::particles::Spread;
 use taut::surface::shapes::Shape;
 use taut_formula::Formula;
@@ -14,10 +15,11 @@ use taut_io::ReadOptions;
 
 use crate::exit::Failure;
 use crate::flags::{
-    CheckFlags, FieldFlags, FitFlags, MatrixFlags, PathFlags, SampleFlags, SourceFlags,
-    SurfaceFlags,
+    CheckFlags, CorrectionFlags, FitFlags, MatrixFlags, PathFlags, PointFlags, SampleFlags,
+    SourceFlags, SurfaceFlags,
 };
 use crate::models;
+pub use field::{CostSettings, FieldSettings, IsolineSettings, Rates, slope};
 
 /// Where the surface comes from.
 pub enum Source {
@@ -69,6 +71,26 @@ impl From<Correction> for correction::Scheme {
         match correction {
             Correction::Newton => Self::Newton,
             Correction::Flow => Self::Flow,
+        }
+    }
+}
+
+impl From<CorrectionFlags> for correction::Settings {
+    fn from(flags: CorrectionFlags) -> Self {
+        Self {
+            tolerance: flags.tolerance,
+            most_nodes: flags.most_nodes,
+            scheme: flags.correction.into(),
+        }
+    }
+}
+
+impl From<PointFlags> for ReadOptions {
+    fn from(flags: PointFlags) -> Self {
+        Self {
+            format: flags.format,
+            classes: flags.classes,
+            column: None,
         }
     }
 }
@@ -240,71 +262,6 @@ pub struct PathSettings {
     pub picture: Option<PathBuf>,
 }
 
-/// What `taut field` was asked to do.
-pub struct FieldSettings {
-    pub source: Source,
-    pub sources: Sources,
-    /// Start values of the sources in their order; none where all are 0.
-    pub starts: Vec<f64>,
-    /// Points to find distances at, instead of those of the surface.
-    pub at: Option<PathBuf>,
-    pub field: field::Settings,
-    /// What ways cost, where that is not their length.
-    pub cost: Option<CostSettings>,
-    pub json: bool,
-    pub output: Option<PathBuf>,
-    pub picture: Option<PathBuf>,
-}
-
-/// What a way costs.
-pub struct CostSettings {
-    /// A file with the cost per length at each row.
-    pub rows: Option<PathBuf>,
-    /// Files of polygons that nothing passes, seen from above.
-    pub no_go: Vec<PathBuf>,
-    pub slope: field::Slope,
-}
-
-/// Reads by how much slopes multiply the cost.
-pub fn slope(text: &str) -> Result<field::Slope, String> {
-    if text == "hiking" {
-        return Ok(field::Slope::Hiking);
-    }
-    let wrong = || format!("found {text:?}, expected hiking, or UP,DOWN such as 4,1");
-    let (up, down) = text.split_once(',').ok_or_else(wrong)?;
-    let [up, down] = [coordinate(up)?, coordinate(down)?];
-    if up < 0.0 || down < 0.0 {
-        return Err(wrong());
-    }
-    Ok(field::Slope::Factors { up, down })
-}
-
-impl TryFrom<FieldFlags> for FieldSettings {
-    type Error = Failure;
-
-    fn try_from(flags: FieldFlags) -> Result<Self, Failure> {
-        let has_cost = flags.cost.is_some() || !flags.no_go.is_empty() || flags.slope.is_some();
-        Ok(Self {
-            source: flags.surface.try_into()?,
-            sources: Sources::new(flags.source, flags.sources),
-            starts: flags.start,
-            at: flags.at,
-            field: field::Settings {
-                tolerance: flags.tolerance,
-                max_distance: flags.max_distance.unwrap_or(f64::INFINITY),
-            },
-            cost: has_cost.then(|| CostSettings {
-                rows: flags.cost,
-                no_go: flags.no_go,
-                slope: flags.slope.unwrap_or_default(),
-            }),
-            json: flags.json,
-            output: flags.output,
-            picture: flags.picture,
-        })
-    }
-}
-
 /// What `taut matrix` was asked to do.
 pub struct MatrixSettings {
     pub source: Source,
@@ -365,14 +322,11 @@ impl TryFrom<FitFlags> for FitCommandSettings {
         Ok(Self {
             cloud: CloudSettings {
                 file: flags.file,
-                options: ReadOptions {
-                    format: flags.format,
-                    classes: flags.classes,
-                },
                 model: Model {
-                    dimension: flags.dimension,
+                    dimension: flags.points.dimension,
                     ..Model::default()
                 },
+                options: flags.points.into(),
             },
             accuracy: flags.accuracy,
             output: flags.output,
@@ -450,15 +404,12 @@ impl TryFrom<SurfaceFlags> for Source {
             }
             return Ok(Self::Cloud(CloudSettings {
                 file,
-                options: ReadOptions {
-                    format: flags.format,
-                    classes: flags.classes,
-                },
                 model: Model {
                     cells: flags.cells,
-                    dimension: flags.dimension,
+                    dimension: flags.points.dimension,
                     reconstruction: flags.surface,
                 },
+                options: flags.points.into(),
             }));
         }
         let SourceFlags {
@@ -471,9 +422,12 @@ impl TryFrom<SurfaceFlags> for Source {
 /// A model says itself all that could be said of points.
 fn of_model(file: PathBuf, flags: &SurfaceFlags) -> Result<Source, Failure> {
     let SurfaceFlags {
-        classes,
-        format,
-        dimension,
+        points:
+            PointFlags {
+                classes,
+                format,
+                dimension,
+            },
         cells,
         surface,
         ..
@@ -533,11 +487,7 @@ impl TryFrom<PathFlags> for PathSettings {
         Ok(Self {
             source: flags.surface.try_into()?,
             ends,
-            correction: correction::Settings {
-                tolerance: flags.tolerance,
-                most_nodes: flags.most_nodes,
-                scheme: flags.correction.into(),
-            },
+            correction: flags.correction.into(),
             alternatives: flags.alternatives,
             json: flags.json,
             points: flags.points,
@@ -590,11 +540,7 @@ impl TryFrom<MatrixFlags> for MatrixSettings {
             sources: flags.sources,
             to: flags.to,
             radius: flags.radius,
-            correction: correction::Settings {
-                tolerance: flags.tolerance,
-                most_nodes: flags.most_nodes,
-                scheme: flags.correction.into(),
-            },
+            correction: flags.correction.into(),
             output: flags.output,
             errors: flags.errors,
             paths: flags.paths.map(|folder| PathsSettings { folder, format }),

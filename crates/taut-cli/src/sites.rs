@@ -52,19 +52,25 @@ pub fn ends_of_sources(
 /// The sites in a file: of text (.txt) with one column more than it needs, each with the value that stands there.
 pub fn of_file(file: &Path, dimension: usize, progress: &Progress) -> Result<Vec<Site>, Failure> {
     progress.step(format!("reading {}", file.display()));
-    if file.extension() == Some(OsStr::new("txt")) {
-        let numbers = read_numbers(file)?;
-        let is_valued = numbers.columns == dimension + 1 || (numbers.columns == 2 && dimension > 2);
-        if is_valued {
-            return numbers
-                .values
-                .chunks(numbers.columns)
-                .map(|row| valued(file, row))
-                .collect();
-        }
+    if file.extension() != Some(OsStr::new("txt")) {
+        let alone = |end| Site { end, value: None };
+        return Ok(ends_of_file(file)?.into_iter().map(alone).collect());
     }
-    let alone = |end| Site { end, value: None };
-    Ok(ends_of_file(file)?.into_iter().map(alone).collect())
+    let numbers = read_numbers(file)?;
+    let is_valued = numbers.columns == dimension + 1 || (numbers.columns == 2 && dimension > 2);
+    // Behind the coordinates of points in space there may be normals.
+    let place = match numbers.columns {
+        columns if is_valued => columns - 1,
+        6 if dimension == 3 => dimension,
+        columns => columns,
+    };
+    let rows = numbers.values.chunks(numbers.columns);
+    rows.map(|row| {
+        let (place, behind) = row.split_at(place);
+        let value = behind.first().copied().filter(|_| is_valued);
+        site(file, place, value)
+    })
+    .collect()
 }
 
 /// The points that a file names, by rows or coordinates.
@@ -78,9 +84,8 @@ pub fn ends_of_file(file: &Path) -> Result<Vec<End>, Failure> {
     })
 }
 
-/// A row or coordinates with a value behind.
-fn valued(file: &Path, row: &[f64]) -> Result<Site, Failure> {
-    let (value, place) = (row.last().copied(), &row[..row.len() - 1]);
+/// The site of a row number or coordinates, with the value that stands behind.
+fn site(file: &Path, place: &[f64], value: Option<f64>) -> Result<Site, Failure> {
     let end = match place {
         [index] if index.fract() == 0.0 && (0.0..2_f64.powi(53)).contains(index) => {
             End::Row(*index as usize)
@@ -93,9 +98,13 @@ fn valued(file: &Path, row: &[f64]) -> Result<Site, Failure> {
         }
         point => End::Point(point.to_vec()),
     };
-    if row.iter().any(|number| number.is_infinite()) {
+    if place
+        .iter()
+        .chain(&value)
+        .any(|number| number.is_infinite())
+    {
         return Err(Failure::Usage(format!(
-            "{}: found {row:?}, expected finite numbers",
+            "{}: found {place:?}, expected finite numbers",
             file.display()
         )));
     }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::correction;
 use taut::error::Error;
-use taut::field::{Cost, Fields};
+use taut::field::{self, Cost, Field, Fields, Source};
 use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
@@ -17,7 +17,7 @@ use crate::exit::Failure;
 use crate::matrix::fill::{self, Keep, Work};
 use crate::models;
 use crate::progress::Progress;
-use crate::settings::{End, Source};
+use crate::settings::{self, End};
 
 /// What to ask of every pair.
 pub struct Request {
@@ -70,6 +70,19 @@ pub trait Locate<const D: usize>: Guide<D> {
     {
         Ok(Fields::new(geodesics))
     }
+
+    /// The field as far as the `count` nearest of the surface's own points, if it has any.
+    fn nearest(
+        fields: &Fields<'_, D, Self>,
+        sources: &[Source<D, Self::Place>],
+        _count: usize,
+        settings: &field::Settings,
+    ) -> Result<Field<D>, Error>
+    where
+        Self: Sized,
+    {
+        fields.from(sources, settings)
+    }
 }
 
 /// Points of a surface, relative to its centre.
@@ -119,14 +132,14 @@ pub(crate) use with_size;
 
 /// Makes a surface ready and locates the ends on it.
 pub fn prepare(
-    source: &Source,
+    source: &settings::Source,
     ends: Vec<End>,
     progress: &Progress,
 ) -> Result<Box<dyn Prepared>, Failure> {
     match source {
-        Source::Cloud(settings) => clouds::prepare(settings, ends, progress),
-        Source::Model(file) => models::prepare(file, ends, progress),
-        Source::Equations(settings) => equations::prepare(settings, ends, progress),
+        settings::Source::Cloud(settings) => clouds::prepare(settings, ends, progress),
+        settings::Source::Model(file) => models::prepare(file, ends, progress),
+        settings::Source::Equations(settings) => equations::prepare(settings, ends, progress),
     }
 }
 

@@ -4,6 +4,8 @@ mod support;
 
 use std::path::Path;
 
+use serde_json::Value;
+
 use support::{code, number, object, sphere, taut, text, write_points};
 
 const HERE: [f64; 3] = [0.0; 3];
@@ -134,6 +136,207 @@ fn equations_are_asked_at_points() {
     let output = taut(&surface);
     assert_eq!(code(&output), 2);
     assert!(text(&output.stderr).contains("--at FILE"));
+}
+
+/// The rows of finite distance, nearest first, of equally near ones the first.
+fn reached(found: &[Vec<f64>]) -> Vec<usize> {
+    let mut reached: Vec<usize> = (0..found.len())
+        .filter(|i| found[*i][0].is_finite())
+        .collect();
+    reached.sort_by(|a, b| found[*a][0].total_cmp(&found[*b][0]).then(a.cmp(b)));
+    reached
+}
+
+#[test]
+fn the_nearest_are_those_of_the_whole_field() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let mut points = sphere(5000, HERE, 21);
+    points.push(points[40]);
+    write_points(&file, &points);
+    let rates = folder.path().join("rates.txt");
+    let rate = |p: &[f64; 3]| format!("{}\n", 1.5 + p[2]);
+    std::fs::write(&rates, points.iter().map(rate).collect::<String>()).expect("written");
+    let curve = folder.path().join("curve.csv");
+    let turn = |i: u32| (f64::from(i) * 0.01).sin_cos();
+    let line = |i| format!("{},{},0,0\n", turn(i).1, turn(i).0);
+    std::fs::write(&curve, (0..628).map(line).collect::<String>()).expect("written");
+    let at = folder.path().join("at.xyz");
+    let others = sphere(700, HERE, 22);
+    write_points(&at, &others);
+    let sources = ["--source", "40", "--source", "7"];
+    for (surface, extra, counts) in [
+        (&file, vec![], vec![1, 2, 100, 4000, 9000]),
+        (&file, vec!["--cost", name(&rates)], vec![3, 300]),
+        (&file, vec!["--at", name(&at)], vec![50]),
+        (&curve, vec!["--dimension", "1"], vec![30]),
+    ] {
+        let asked = ["field", name(surface)];
+        let whole = [&asked[..], &sources, &extra].concat();
+        let output = taut(&whole);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let all = rows(text(&output.stdout), '\t');
+        let least = reached(&all);
+        for count in counts {
+            let most = count.to_string();
+            let asked = [&whole[..], &["--nearest", &most]].concat();
+            let output = taut(&asked);
+            assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+            let some = rows(text(&output.stdout), '\t');
+            let found = reached(&some);
+            assert_eq!(found.len(), count.min(all.len()), "{asked:?}");
+            for (found, row) in found.iter().zip(&least) {
+                let [here, there] = [some[*found][0], all[*row][0]];
+                assert!((here - there).abs() < 1e-5, "{asked:?}: {here} {there}");
+                assert_eq!(some[*found][2], all[*found][2]);
+            }
+            let told = format!("only the {count} nearest were asked for");
+            assert_eq!(
+                text(&output.stderr).contains(&told),
+                count < all.len(),
+                "{}",
+                text(&output.stderr)
+            );
+        }
+    }
+    let told = object(
+        &taut(
+            &[
+                &["field", name(&file), "--nearest", "9", "--json"],
+                &sources[..],
+            ]
+            .concat(),
+        ),
+        0,
+    );
+    assert_eq!(number(&told, "nearest"), 9.0);
+    assert_eq!(number(&told, "unreached"), 4992.0);
+}
+
+#[test]
+fn the_nearest_query_points_of_an_equation_are_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("points.xyz");
+    let points = sphere(2000, HERE, 23);
+    write_points(&file, &points);
+    let shape = ["field", "--shape", "sphere:1", "--source", "0,0,1"];
+    let output = taut(&[&shape[..], &["--at", name(&file), "--nearest", "25"]].concat());
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let found = reached(&rows(text(&output.stdout), '\t'));
+    let mut truth: Vec<usize> = (0..points.len()).collect();
+    truth.sort_by(|a, b| points[*b][2].total_cmp(&points[*a][2]));
+    assert_eq!(found, truth[..25]);
+}
+
+#[test]
+fn isolines_are_circles_on_the_sphere() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let mut points = sphere(10_000, [40.0, 0.0, 0.0], 24);
+    points.push([40.0, 0.0, 1.0]);
+    write_points(&file, &points);
+    let out = folder.path().join("lines.json");
+    let asked = ["field", name(&file), "--source", "10000", "--json"];
+    let told = object(
+        &taut(&[&asked[..], &["--isolines", name(&out)]].concat()),
+        0,
+    );
+    let text = std::fs::read_to_string(&out).expect("written");
+    let lines: Vec<Value> = serde_json::from_str(&text).expect("JSON");
+    // The farthest point is pi away, a sixteenth of that is 0.2 rounded up or 0.1 rounded down.
+    assert_eq!(lines.len(), 31);
+    assert_eq!(number(&told["isolines"], "closed"), 31.0);
+    assert!(number(&told["isolines"], "missed_most") < 1e-6);
+    for (i, line) in lines.iter().enumerate() {
+        let level = number(line, "level");
+        assert_eq!(level, (i + 1) as f64 / 10.0);
+        let vertices: Vec<[f64; 3]> =
+            serde_json::from_value(line["points"].clone()).expect("points");
+        for [x, y, z] in &vertices {
+            let off = angle(&[0.0, 0.0, 1.0], &[x - 40.0, *y, *z]);
+            assert!((off - level).abs() < 1e-4, "{level} {off}");
+        }
+        let lengths = line["arc_length"].as_array().expect("lengths");
+        let length = lengths.last().and_then(Value::as_f64).expect("a length");
+        let truth = std::f64::consts::TAU * level.sin();
+        assert!(
+            (length / truth - 1.0).abs() < 4e-3,
+            "{level}: {length} {truth}"
+        );
+        assert_eq!(vertices.first(), vertices.last());
+    }
+}
+
+#[test]
+fn isolines_go_to_files_as_paths_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shape = ["field", "--shape", "torus:1,0.4", "--source", "1.4,0,0"];
+    let at = folder.path().join("at.xyz");
+    write_points(&at, &[[1.4, 0.0, 0.0], [-1.4, 0.0, 0.0]]);
+    for extension in ["csv", "obj", "ply", "vtk", "vtp"] {
+        let out = folder.path().join("lines").with_extension(extension);
+        let asked = [
+            "--at",
+            name(&at),
+            "--isolines",
+            name(&out),
+            "--levels",
+            "0.8,1.6",
+        ];
+        let output = taut(&[&shape[..], &asked].concat());
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let told = text(&output.stdout);
+        assert!(told.contains("3, 3 of them closed"), "{told}");
+        assert!(std::fs::metadata(&out).expect("written").len() > 1000);
+    }
+    for (asked, status, words) in [
+        (
+            ["--isolines", "lines.xyz"],
+            2,
+            "ply, obj, csv, json, vtk, vtp",
+        ),
+        (["--levels", "1,2"], 2, "--isolines"),
+    ] {
+        let output = taut(&[&shape[..], &["--at", name(&at)], &asked].concat());
+        assert_eq!(code(&output), status, "{}", text(&output.stderr));
+        assert!(
+            text(&output.stderr).contains(words),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn costs_may_stand_beside_the_points() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let points = sphere(2000, HERE, 25);
+    let rate = |p: &[f64; 3]| 1.5 + p[2];
+    let rates = folder.path().join("rates.txt");
+    let lines: String = points.iter().map(|p| format!("{}\n", rate(p))).collect();
+    std::fs::write(&rates, lines).expect("written");
+    let line = |p: &[f64; 3]| format!("{} {} {} {}\n", p[0], p[1], rate(p), p[2]);
+    let body: String = points.iter().map(line).collect();
+    let header = "ply\nformat ascii 1.0\nelement vertex 2000\nproperty double x\nproperty double y\nproperty double slowness\nproperty double z\nend_header\n";
+    let cloud = folder.path().join("sphere.ply");
+    std::fs::write(&cloud, header.to_owned() + &body).expect("written");
+    let named = folder.path().join("sphere.xyz");
+    std::fs::write(&named, "x y slowness z\n".to_owned() + &body).expect("written");
+    let found = |file: &Path, cost: &str| {
+        let output = taut(&["field", name(file), "--source", "3", "--cost", cost]);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        text(&output.stdout).to_owned()
+    };
+    let truth = found(&cloud, name(&rates));
+    assert_eq!(found(&cloud, "slowness"), truth);
+    assert_eq!(found(&named, "slowness"), truth);
+    let output = taut(&["field", name(&cloud), "--source", "3", "--cost", "speed"]);
+    assert_eq!(code(&output), 2, "{}", text(&output.stderr));
+    let told = text(&output.stderr);
+    assert!(
+        told.contains("--cost speed: found no such file") && told.contains("the columns slowness"),
+        "{told}"
+    );
 }
 
 #[test]

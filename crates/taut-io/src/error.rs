@@ -74,6 +74,16 @@ pub enum ReadError {
         /// What the user can do.
         remedy: String,
     },
+    /// The file has no such column.
+    #[error("{}: found {found}, expected a column {column:?} of numbers beside the coordinates; name one that is there", file.display())]
+    NoColumn {
+        /// The file.
+        file: PathBuf,
+        /// The column asked for.
+        column: String,
+        /// The columns that there are, in words.
+        found: String,
+    },
     /// An option was given that the format cannot honour.
     #[error("{}: found a class filter, expected one only with las or laz; leave it out", file.display())]
     ClassesWithoutLas {
@@ -159,6 +169,10 @@ pub enum WriteError {
 pub(crate) enum Fault {
     Io(io::Error),
     Empty,
+    NoColumn {
+        column: String,
+        found: String,
+    },
     Malformed {
         place: Place,
         found: String,
@@ -186,6 +200,17 @@ impl Fault {
         Self::at(Place::Byte(offset), found, expected, remedy)
     }
 
+    /// Of the names of the columns that there are.
+    pub(crate) fn no_column<'a>(column: &str, found: impl IntoIterator<Item = &'a str>) -> Self {
+        let found: Vec<&str> = found.into_iter().collect();
+        let found = match found.as_slice() {
+            [] => "no named columns".to_owned(),
+            names => format!("the columns {}", names.join(", ")),
+        };
+        let column = column.to_owned();
+        Self::NoColumn { column, found }
+    }
+
     fn at(
         place: Place,
         found: impl Into<String>,
@@ -205,6 +230,11 @@ impl Fault {
         match self {
             Fault::Io(source) => ReadError::Io { file, source },
             Fault::Empty => ReadError::Empty { file },
+            Fault::NoColumn { column, found } => ReadError::NoColumn {
+                file,
+                column,
+                found,
+            },
             Fault::Malformed {
                 place,
                 found,

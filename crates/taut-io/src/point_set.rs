@@ -9,6 +9,9 @@ pub struct ReadOptions {
     pub format: Option<Format>,
     /// LAS and LAZ: the classification codes to keep; every one when empty.
     pub classes: Vec<u8>,
+    /// A column of numbers to read beside the points, by its name: of CSV, XYZ and TXT with names in the first line, a
+    /// property of PLY's vertices, LAS and LAZ's `intensity` or an extra dimension.
+    pub column: Option<String>,
 }
 
 /// Points as a file holds them, before anything is dropped for being not finite or double.
@@ -22,6 +25,8 @@ pub struct PointSet {
     pub rows_kept: Option<Vec<usize>>,
     /// Surface normals where the file has them, in the shape of `coordinates`.
     pub normals: Option<Vec<f64>>,
+    /// The column asked for, one a row.
+    pub column: Option<Vec<f64>>,
     /// What the reader left out or assumed, in sentences.
     pub notes: Vec<String>,
 }

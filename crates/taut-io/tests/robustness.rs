@@ -114,6 +114,7 @@ fn written(extension: &str) -> Vec<u8> {
         points: &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
         normals: Some(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]),
         arc_length: &[0.0, 1.0],
+        level: None,
     };
     write_polylines(&file, &[path]).unwrap();
     std::fs::read(&file).unwrap()

@@ -39,6 +39,7 @@ fn paths() -> [Polyline<'static>; 2] {
         points: &POINTS[3 * nodes.start..3 * nodes.end],
         normals: Some(&NORMALS[3 * nodes.start..3 * nodes.end]),
         arc_length: &LENGTHS[nodes],
+        level: None,
     };
     [part(0..2), part(2..5)]
 }
@@ -49,6 +50,35 @@ fn bits(values: &[f64]) -> Vec<u64> {
 
 fn load(file: &Path) -> PointSet {
     read(file, &ReadOptions::default()).unwrap()
+}
+
+#[test]
+fn levels_of_isolines_stand_beside_the_length() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = paths().map(|path| Polyline {
+        normals: None,
+        level: Some(0.1),
+        ..path
+    });
+    let text = |extension: &str, lines: &[Polyline<'_>]| {
+        let file = folder.path().join("lines").with_extension(extension);
+        write_polylines(&file, lines).unwrap();
+        String::from_utf8_lossy(&std::fs::read(&file).unwrap()).into_owned()
+    };
+    for (extension, told) in [
+        ("csv", "path,arc_length,level,x,y,z\n0,0.0,0.1,"),
+        ("json", r#""level":0.1"#),
+        ("ply", "property double arc_length\nproperty double level\n"),
+        ("vtk", "SCALARS level double 1"),
+        ("vtp", r#"Name="level""#),
+    ] {
+        assert!(text(extension, &lines).contains(told), "{extension}");
+        assert!(!text(extension, &[lines[0], paths()[1]]).contains("level double"));
+        assert!(!text(extension, &paths()).contains("level"), "{extension}");
+    }
+    let file = folder.path().join("lines.ply");
+    write_polylines(&file, &lines).unwrap();
+    assert_eq!(bits(&load(&file).coordinates), bits(&POINTS));
 }
 
 #[test]
@@ -199,6 +229,7 @@ fn other_dimensions_come_back() {
         points: &POINTS,
         normals: None,
         arc_length: &LENGTHS[..3],
+        level: None,
     };
     for extension in ["csv", "npy"] {
         let file = folder.path().join("path").with_extension(extension);

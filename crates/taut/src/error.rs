@@ -94,6 +94,12 @@ pub enum Error {
         "directions at the source are known on smooth surfaces of dimension 2 without costs only"
     )]
     NoDirections,
+    /// Isolines on a surface that is not two-dimensional.
+    #[error("isolines are for surfaces of dimension 2, this one has dimension {dimension}")]
+    NoIsolines {
+        /// The surface's dimension.
+        dimension: usize,
+    },
     /// Another number of costs than rows.
     #[error("found {found} costs for {expected} points; give one for each")]
     WrongCosts {

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 use taut::Vector;
-use taut::field::Value;
+use taut::field::{Value, least};
 
 use crate::answer::coordinates;
+use crate::field::isolines::Line;
 
 /// A field at points, in the coordinates and units of the input.
 pub struct Answer {
@@ -61,8 +62,24 @@ impl Answer {
             .extend(coordinates(&value.direction, self.dimension));
     }
 
-    /// What is told of the field. `sources` were asked for.
-    pub fn facts(&self, sources: usize) -> Facts {
+    /// Forgets all but the `count` nearest points, of equally near ones the first.
+    pub fn keep_nearest(&mut self, count: usize) {
+        let mut kept = vec![false; self.distance.len()];
+        for row in least(&self.distance, count) {
+            kept[row] = true;
+        }
+        for (row, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {
+            if !self.distance[row].is_nan() {
+                self.distance[row] = f64::INFINITY;
+                self.error[row] = 0.0;
+                self.source[row] = -1.0;
+                self.gradient[row * self.dimension..][..self.dimension].fill(0.0);
+            }
+        }
+    }
+
+    /// What is told of the field. `sources` were asked for, and where it ends with them the `nearest` points.
+    pub fn facts(&self, sources: usize, nearest: Option<usize>) -> Facts {
         let reached = || {
             self.distance
                 .iter()
@@ -88,9 +105,11 @@ impl Answer {
             farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
             error_median: errors.get(errors.len() / 2).copied(),
             error_most: errors.last().copied(),
+            nearest,
             unreached: count(f64::is_infinite),
             unusable: count(f64::is_nan),
             moved_most: largest_move,
+            isolines: None,
         }
     }
 }
@@ -106,6 +125,9 @@ pub struct Facts {
     /// Estimated errors over the points reached.
     pub error_median: Option<f64>,
     pub error_most: Option<f64>,
+    /// The number of points that were asked for, the nearest ones; all others count as not reached.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<usize>,
     /// Points that are infinitely far.
     pub unreached: usize,
     /// Points without a place on the surface.
@@ -113,4 +135,26 @@ pub struct Facts {
     /// The most that a point was moved onto the surface; `None` for points of the surface itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moved_most: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub isolines: Option<IsolineFacts>,
+}
+
+/// What is told of isolines.
+#[derive(Serialize)]
+pub struct IsolineFacts {
+    pub lines: usize,
+    /// Of these.
+    pub closed: usize,
+    /// By how much the distance at a vertex misses its line's level at most.
+    pub missed_most: f64,
+}
+
+impl IsolineFacts {
+    pub fn of(lines: &[Line]) -> Self {
+        Self {
+            lines: lines.len(),
+            closed: lines.iter().filter(|line| line.closed).count(),
+            missed_most: lines.iter().map(|line| line.miss).fold(0.0, f64::max),
+        }
+    }
 }

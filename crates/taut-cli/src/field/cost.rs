@@ -3,16 +3,32 @@
 use std::path::Path;
 
 use taut::field::Cost;
-use taut_io::{PointSet, read_numbers};
+use taut_io::{PointSet, ReadError, read_numbers};
 
 use crate::exit::Failure;
-use crate::settings::CostSettings;
+use crate::settings::{CostSettings, Rates};
+
+/// Says what a name of a column could have meant where the cloud's file has none of that name.
+pub fn refusal(failure: Failure) -> Failure {
+    match failure {
+        Failure::Read(ReadError::NoColumn {
+            file,
+            column,
+            found,
+        }) => Failure::Usage(format!(
+            "--cost {column}: found no such file, and in {} {found}; name a file of costs, or a column beside the coordinates",
+            file.display()
+        )),
+        other => other,
+    }
+}
 
 /// The cost at each row of a cloud.
 pub fn of_rows(settings: &CostSettings, points: &PointSet) -> Result<Cost, Failure> {
-    let mut at_rows = match &settings.rows {
-        Some(file) => rates(file, points)?,
-        None => vec![1.0; points.rows()],
+    let mut at_rows = match (&settings.rates, &points.column) {
+        (Rates::File(file), _) => rates(file, points)?,
+        (Rates::Column(_), Some(column)) => column.clone(),
+        _ => vec![1.0; points.rows()],
     };
     for file in &settings.no_go {
         let corners = polygon(file)?;

@@ -6,7 +6,8 @@ use taut_io::{Column, PointTable, write_table};
 
 use crate::exit::Failure;
 use crate::field::Found;
-use crate::field::answer::{Answer, Facts};
+use crate::field::answer::{Answer, Facts, IsolineFacts};
+use crate::field::isolines;
 use crate::output::{exponential, line, significant, tell};
 use crate::picture;
 use crate::progress::Progress;
@@ -14,7 +15,7 @@ use crate::settings::{FieldSettings, Source};
 
 /// Writes the files asked for and tells of the field; without any its values go to standard output.
 pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Result<(), Failure> {
-    let facts = found.answer.facts(found.sources);
+    let mut facts = found.answer.facts(found.sources, settings.nearest);
     if let Some(file) = &settings.output {
         progress.step("writing the distances");
         let original = match (&settings.source, &settings.at) {
@@ -34,13 +35,19 @@ pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Re
         };
         write_table(file, &table, original, rows)?;
     }
+    if let (Some(asked), Some(lines)) = (&settings.isolines, &found.isolines) {
+        progress.step("writing the isolines");
+        isolines::write(&asked.file, lines)?;
+        facts.isolines = Some(IsolineFacts::of(lines));
+    }
     if let (Some(file), Some((samples, levels))) = (&settings.picture, &found.drawn) {
         progress.step("drawing");
         picture::draw_levels(file, samples, levels)?;
     }
     note(&facts, progress);
     progress.clear();
-    if settings.json || settings.output.is_some() || settings.picture.is_some() {
+    let has_files = settings.output.is_some() || settings.picture.is_some();
+    if settings.json || has_files || settings.isolines.is_some() {
         return tell(&facts, settings.json, |out, facts| write_facts(out, facts));
     }
     Ok(write_rows(&found.answer)?)
@@ -62,13 +69,17 @@ fn note(facts: &Facts, progress: &Progress) {
     let Facts {
         surface,
         points,
+        nearest,
         unreached,
         unusable,
         ..
     } = facts;
     if *unreached > 0 {
+        let why = nearest.map_or(String::new(), |nearest| {
+            format!(", as only the {nearest} nearest were asked for")
+        });
         progress.note(&format!(
-            "{surface}: {unreached} of {points} points are not reached: their distance is inf"
+            "{surface}: {unreached} of {points} points are not reached{why}: their distance is inf"
         ));
     }
     if *unusable > 0 {
@@ -89,7 +100,20 @@ fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     let errors = [facts.error_median, facts.error_most].map(exponential);
     let errors = format!("{} (median), {} at most", errors[0], errors[1]);
     line(out, "estimated error", &errors)?;
+    if let Some(nearest) = facts.nearest {
+        line(out, "nearest asked for", &nearest.to_string())?;
+    }
     line(out, "not reached", &facts.unreached.to_string())?;
+    if let Some(IsolineFacts {
+        lines,
+        closed,
+        missed_most,
+    }) = &facts.isolines
+    {
+        let missed = exponential(Some(*missed_most));
+        let told = format!("{lines}, {closed} of them closed, off their level by at most {missed}");
+        line(out, "isolines", &told)?;
+    }
     if let Some(moved) = facts.moved_most {
         line(out, "moved by at most", &exponential(Some(moved)))?;
         line(out, "off the surface", &facts.unusable.to_string())?;

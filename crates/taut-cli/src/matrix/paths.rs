@@ -64,6 +64,7 @@ impl PathFiles {
                 points: &path.points,
                 normals: Some(&path.normals),
                 arc_length: &path.arc_length,
+                level: None,
             })
             .collect();
         let (row, column) = (block.rows.start, block.columns.start);

@@ -5,13 +5,16 @@
 //! `laz`, which unpacks LAZ, was seen to panic on damaged files: on items that do not add up to a record (checked here
 //! before) and on chunk tables that end too soon (turned into an error by [`unpacking`]).
 
+mod dimension;
+
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::error::{Fault, quoted};
-use crate::point_set::PointSet;
+use crate::point_set::{PointSet, ReadOptions};
+use dimension::Dimension;
 
 const EXPORT_REMEDY: &str = "the file is cut off or damaged: export it again";
 /// Bytes of records unpacked at a time.
@@ -31,7 +34,7 @@ struct RawHeader {
     evlr: Option<u64>,
 }
 
-pub(super) fn read<R>(mut source: R, length: u64, classes: &[u8]) -> Result<PointSet, Fault>
+pub(super) fn read<R>(mut source: R, length: u64, options: &ReadOptions) -> Result<PointSet, Fault>
 where
     R: Read + Seek + Send + Sync + 'static,
 {
@@ -43,10 +46,12 @@ where
     if raw.is_compressed {
         check_items(&header)?;
     }
+    let column = options.column.as_deref();
+    let column = column.map(|name| Dimension::of_name(&header, name));
     source.rewind()?;
     let mut reader =
         unpacking(|| las::Reader::new(source)).map_err(|found| wrong_header(&found))?;
-    let mut selection = Selection::new(classes);
+    let mut selection = Selection::new(&options.classes, column.transpose()?);
     let block = (BLOCK / raw.record).max(1);
     let mut row = 0;
     while (row as u64) < raw.points {
@@ -291,14 +296,17 @@ struct Selection<'a> {
     classes: &'a [u8],
     coordinates: Vec<f64>,
     rows: Vec<usize>,
+    /// The dimension asked for, and its values.
+    column: Option<(Dimension, Vec<f64>)>,
     /// Number of points of each class in the file.
     present: BTreeMap<u8, usize>,
 }
 
 impl<'a> Selection<'a> {
-    fn new(classes: &'a [u8]) -> Self {
+    fn new(classes: &'a [u8], column: Option<Dimension>) -> Self {
         Self {
             classes,
+            column: column.map(|dimension| (dimension, Vec::new())),
             coordinates: Vec::new(),
             rows: Vec::new(),
             present: BTreeMap::new(),
@@ -306,6 +314,13 @@ impl<'a> Selection<'a> {
     }
 
     fn take(&mut self, first_row: usize, records: &las::PointData) {
+        if let Some((dimension, values)) = &mut self.column {
+            let classes = records.classification();
+            let all = dimension.values(records).zip(classes);
+            let kept =
+                all.filter(|(_, class)| self.classes.is_empty() || self.classes.contains(class));
+            values.extend(kept.map(|(value, _)| value));
+        }
         let positions = records.x().zip(records.y()).zip(records.z());
         for (offset, (((x, y), z), class)) in positions.zip(records.classification()).enumerate() {
             if self.classes.is_empty() {
@@ -322,6 +337,7 @@ impl<'a> Selection<'a> {
 
     fn finish(self, points_offset: u64) -> Result<PointSet, Fault> {
         let mut points = PointSet::three_dimensional(self.coordinates, None);
+        points.column = self.column.map(|(_, values)| values);
         if self.classes.is_empty() {
             return Ok(points);
         }

@@ -44,7 +44,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<PointSet, ReadError> {
             file: path.to_path_buf(),
         });
     }
-    let points = read_as(format, path, &options.classes).map_err(|fault| fault.in_file(path))?;
+    let points = read_as(format, path, options).map_err(|fault| fault.in_file(path))?;
     if points.rows() == 0 {
         return Err(ReadError::NoPoints {
             file: path.to_path_buf(),
@@ -53,22 +53,30 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<PointSet, ReadError> {
     Ok(points)
 }
 
-fn read_as(format: Format, path: &Path, classes: &[u8]) -> Result<PointSet, Fault> {
+fn read_as(format: Format, path: &Path, options: &ReadOptions) -> Result<PointSet, Fault> {
+    let column = options.column.as_deref();
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     let length = metadata.len();
     if metadata.is_file() && length == 0 {
         return Err(Fault::Empty);
     }
+    let has_columns = matches!(
+        format,
+        Format::Ply | Format::Xyz | Format::Csv | Format::Las
+    );
+    if let Some(column) = column.filter(|_| !has_columns) {
+        return Err(Fault::no_column(column, []));
+    }
     match format {
-        Format::Ply => ply::read(&whole(file)?),
+        Format::Ply => ply::read(&whole(file)?, column),
         Format::Obj => obj::read(&whole(file)?),
         Format::Off => off::read(&whole(file)?),
         Format::Stl => stl::read(whole(file)?),
-        Format::Xyz => table::read(&whole(file)?, table::Style::Positions),
-        Format::Csv => table::read(&whole(file)?, table::Style::Columns),
+        Format::Xyz => table::read(&whole(file)?, table::Style::Positions, column),
+        Format::Csv => table::read(&whole(file)?, table::Style::Columns, column),
         Format::Pcd => pcd::read(&whole(file)?),
-        Format::Las => las::read(BufReader::new(file), length, classes),
+        Format::Las => las::read(BufReader::new(file), length, options),
         Format::E57 => e57::read(BufReader::new(file), length),
         Format::Npy => npy::read(&whole(file)?),
     }

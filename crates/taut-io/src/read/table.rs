@@ -30,11 +30,13 @@ struct Layout {
     roles: Vec<Role>,
     dimension: usize,
     has_normals: bool,
+    /// The column asked for.
+    column: Option<usize>,
     /// The normals are a guess from the number of columns.
     guessed: bool,
 }
 
-pub(super) fn read(bytes: &[u8], style: Style) -> Result<PointSet, Fault> {
+pub(super) fn read(bytes: &[u8], style: Style, column: Option<&str>) -> Result<PointSet, Fault> {
     let text = as_text(bytes)?;
     let mut lines = content_lines(text).peekable();
     let Some((first_line, first)) = lines.peek().copied() else {
@@ -47,10 +49,15 @@ pub(super) fn read(bytes: &[u8], style: Style) -> Result<PointSet, Fault> {
     let is_header = fields.iter().all(is_name);
     let layout = if is_header {
         lines.next();
-        Layout::of_names(&fields)
+        Layout::of_names(&fields, column)
     } else {
         Layout::of_count(fields.len(), style)
     };
+    if let Some(column) = column.filter(|_| layout.column.is_none()) {
+        let names = fields.iter().zip(&layout.roles);
+        let others = names.filter(|(_, role)| is_header && **role == Role::Ignored);
+        return Err(Fault::no_column(column, others.map(|(name, _)| *name)));
+    }
     if layout.dimension < 2 {
         return Err(Fault::line(
             first_line,
@@ -72,6 +79,7 @@ fn read_rows<'a>(
 ) -> Result<PointSet, Fault> {
     let mut coordinates = Vec::new();
     let mut normals = Vec::new();
+    let mut column = Vec::new();
     let mut position = vec![0.0; layout.dimension];
     let mut normal = vec![0.0; layout.dimension];
     for (line, row) in lines {
@@ -81,6 +89,9 @@ fn read_rows<'a>(
                 Some(Role::Coordinate(axis)) => position[*axis] = number(field, line)?,
                 Some(Role::Normal(axis)) => normal[*axis] = number(field, line)?,
                 Some(Role::Ignored) | None => {}
+            }
+            if Some(columns) == layout.column {
+                column.push(number(field, line)?);
             }
             columns += 1;
         }
@@ -101,17 +112,19 @@ fn read_rows<'a>(
         dimension: layout.dimension,
         coordinates,
         normals: layout.has_normals.then_some(normals),
+        column: layout.column.map(|_| column),
         ..PointSet::default()
     })
 }
 
 impl Layout {
-    fn of_names(names: &[&str]) -> Self {
+    fn of_names(names: &[&str], column: Option<&str>) -> Self {
         let find = |name: &str| {
             names
                 .iter()
                 .position(|found| found.eq_ignore_ascii_case(name))
         };
+        let column = column.and_then(find);
         let numbered = |letter: &str| {
             (1..=names.len())
                 .map_while(|axis| find(&format!("{letter}{axis}")))
@@ -121,7 +134,10 @@ impl Layout {
         let (positions, normals) = match (named(["x", "y", "z"]), numbered("x")) {
             (positions, _) if positions.len() == 3 => (positions, named(["nx", "ny", "nz"])),
             (_, positions) if positions.len() >= 2 => (positions, numbered("n")),
-            _ => ((0..names.len()).collect(), Vec::new()),
+            _ => {
+                let others = (0..names.len()).filter(|i| Some(*i) != column);
+                (others.collect(), Vec::new())
+            }
         };
         let mut roles = vec![Role::Ignored; names.len()];
         for (axis, column) in positions.iter().enumerate() {
@@ -137,6 +153,7 @@ impl Layout {
             dimension: positions.len(),
             roles,
             has_normals,
+            column,
             guessed: false,
         }
     }
@@ -152,6 +169,7 @@ impl Layout {
             roles: (0..columns).map(role).collect(),
             dimension,
             has_normals: guessed,
+            column: None,
             guessed,
         }
     }
@@ -187,7 +205,7 @@ mod tests {
     use super::*;
 
     fn points(text: &str, style: Style) -> PointSet {
-        read(text.as_bytes(), style).unwrap()
+        read(text.as_bytes(), style, None).unwrap()
     }
 
     #[test]
@@ -210,7 +228,7 @@ mod tests {
 
     #[test]
     fn decimal_commas_are_refused() {
-        let fault = read(b"1,5;2,5;3,5\n", Style::Positions).unwrap_err();
+        let fault = read(b"1,5;2,5;3,5\n", Style::Positions, None).unwrap_err();
         assert!(matches!(fault, Fault::Malformed { .. }));
     }
 }

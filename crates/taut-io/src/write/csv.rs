@@ -3,20 +3,25 @@
 use std::io::{self, Write};
 use std::iter;
 
-use super::{PointTable, Polyline, column_names, have_normals, write_row};
+use super::{PointTable, Polyline, column_names, have_levels, have_normals, write_row};
 
 const SEPARATOR: char = ',';
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     let dimension = paths.first().map_or(3, |path| path.dimension);
     let normals = have_normals(paths);
-    writeln!(out, "path,arc_length,{}", header(dimension, normals))?;
+    let levels = have_levels(paths);
+    let level = if levels { "level," } else { "" };
+    writeln!(out, "path,arc_length,{level}{}", header(dimension, normals))?;
     for (index, path) in paths.iter().enumerate() {
         for node in 0..path.nodes() {
             let normal = path.normal(node).filter(|_| normals).unwrap_or_default();
             write!(out, "{index}{SEPARATOR}")?;
             let position = path.point(node).iter().chain(normal).copied();
-            let values = iter::once(path.arc_length[node]).chain(position);
+            let level = path.level.filter(|_| levels);
+            let values = iter::once(path.arc_length[node])
+                .chain(level)
+                .chain(position);
             write_row(out, SEPARATOR, values)?;
             writeln!(out)?;
         }

@@ -12,6 +12,8 @@ struct Object<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     normals: Option<Vec<&'a [f64]>>,
     arc_length: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    level: Option<f64>,
 }
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
@@ -23,6 +25,7 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
                 .normals
                 .map(|normals| normals.chunks_exact(path.dimension).collect()),
             arc_length: path.arc_length,
+            level: path.level,
         })
         .collect();
     serde_json::to_writer(&mut *out, &objects)?;

@@ -36,6 +36,8 @@ pub struct Polyline<'a> {
     pub normals: Option<&'a [f64]>,
     /// Length of the path up to each node, in the input's units.
     pub arc_length: &'a [f64],
+    /// The distance that all nodes of an isoline share, in the input's units.
+    pub level: Option<f64>,
 }
 
 impl<'a> Polyline<'a> {
@@ -98,6 +100,18 @@ impl<'a> PointTable<'a> {
                 (point, normal)
             })
     }
+}
+
+/// Whether every path has a level: a file has one for all of them or for none.
+fn have_levels(paths: &[Polyline<'_>]) -> bool {
+    paths.iter().all(|path| path.level.is_some()) && !paths.is_empty()
+}
+
+/// The level of each node, where every path has one.
+fn levels<'a>(paths: &'a [Polyline<'_>]) -> impl Iterator<Item = f64> + 'a {
+    let has_levels = have_levels(paths);
+    let known = paths.iter().filter(move |_| has_levels);
+    known.flat_map(|path| std::iter::repeat_n(path.level.unwrap_or(f64::NAN), path.nodes()))
 }
 
 /// Whether every path has normals: a file has them for all of its nodes or for none.
@@ -173,7 +187,7 @@ fn writer_of<T: Copy>(
 /// | vtk, vtp | polydata of lines, text, with the point data arc_length and normals |
 /// | npy | the points of one path, float64 of shape (nodes, d) |
 ///
-/// Normals are written where every path has them. The file appears only when it is complete; until then the file that
+/// Normals are written where every path has them, and so are levels, as `level` beside `arc_length` (not in obj and npy). The file appears only when it is complete; until then the file that
 /// stood there stays.
 ///
 /// # Errors

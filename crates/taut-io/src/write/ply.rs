@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{PointTable, Polyline, have_normals};
+use super::{PointTable, Polyline, have_levels, have_normals};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     let nodes = paths.iter().map(Polyline::nodes).sum();
@@ -12,7 +12,12 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
         .sum();
     let normals = have_normals(paths);
     write_vertex_header(out, nodes, normals)?;
-    writeln!(out, "property double arc_length\nelement edge {edges}")?;
+    let levels = have_levels(paths);
+    writeln!(out, "property double arc_length")?;
+    if levels {
+        writeln!(out, "property double level")?;
+    }
+    writeln!(out, "element edge {edges}")?;
     writeln!(
         out,
         "property int vertex1\nproperty int vertex2\nend_header"
@@ -25,7 +30,8 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
                 path.point(node)
                     .iter()
                     .chain(normal)
-                    .chain(&[path.arc_length[node]]),
+                    .chain(&[path.arc_length[node]])
+                    .chain(&path.level.filter(|_| levels)),
             )?;
         }
     }

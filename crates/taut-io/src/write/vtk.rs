@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{Polyline, have_normals, write_row};
+use super::{Polyline, have_levels, have_normals, levels, write_row};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     let nodes: usize = paths.iter().map(Polyline::nodes).sum();
@@ -29,6 +29,12 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
     )?;
     for length in paths.iter().flat_map(|path| path.arc_length) {
         writeln!(out, "{length:?}")?;
+    }
+    if have_levels(paths) {
+        writeln!(out, "SCALARS level double 1\nLOOKUP_TABLE default")?;
+        for level in levels(paths) {
+            writeln!(out, "{level:?}")?;
+        }
     }
     if have_normals(paths) {
         writeln!(out, "NORMALS normals double")?;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::{PointTable, Polyline, have_normals, write_row};
+use super::{PointTable, Polyline, have_levels, have_normals, levels, write_row};
 
 pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Result<()> {
     let nodes: usize = paths.iter().map(Polyline::nodes).sum();
@@ -19,6 +19,10 @@ pub(super) fn write_paths(out: &mut dyn Write, paths: &[Polyline<'_>]) -> io::Re
         1,
         paths.iter().map(|path| path.arc_length),
     )?;
+    if have_levels(paths) {
+        let levels: Vec<f64> = levels(paths).collect();
+        write_doubles(out, "level", 1, [levels.as_slice()].into_iter())?;
+    }
     if normals {
         write_doubles(
             out,

@@ -16,7 +16,7 @@ use crate::surface::atlas::Atlas;
 pub(crate) const FOCUSED: f64 = 0.3;
 
 /// Points of a cloud with costs that are looked at round a place.
-const NEAREST_POINTS: usize = 20;
+pub(crate) const NEAREST_POINTS: usize = 20;
 
 /// A distance with its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,7 +159,13 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         Some(ray::nearest(graph, &node.point, entrance))
     }
 
-    fn at_node(&self, field: &Field<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+    pub(crate) fn at_node(
+        &self,
+        field: &Field<D>,
+        node: u32,
+        x: &Vector<D>,
+        share: f64,
+    ) -> Value<D> {
         if let Some(Other::Manifold(found)) = &field.other {
             return self.at_any(found, node, x, share);
         }

@@ -34,17 +34,21 @@ mod exponential;
 mod fan;
 mod farthest;
 mod frame;
+mod isolines;
 mod jet;
 mod logarithm;
 mod manifold;
 mod march;
+mod nearest;
 mod ray;
 
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
 pub use exponential::Shot;
 pub use farthest::Farthest;
+pub use isolines::Isoline;
 pub use logarithm::Logarithm;
+pub use nearest::least;
 
 use std::sync::OnceLock;
 
@@ -227,7 +231,11 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             return Err(Error::NoSources);
         }
         if let Some(net) = &self.net {
-            let found = cost::find(net, &self.origins(sources), settings.max_distance)?;
+            let limits = cost::Limits {
+                longest: settings.max_distance,
+                enough: usize::MAX,
+            };
+            let found = cost::find(net, &self.origins(sources), limits)?;
             return Ok(Field::of_other(Other::Cost(found), settings.max_distance));
         }
         if !self.any_frames.is_empty() {

@@ -6,7 +6,7 @@ use ply_rs_bw::ply::{
 };
 
 use super::EXPORT_REMEDY;
-use super::header::Layout;
+use super::header::{COLUMN, KNOWN, Layout};
 use crate::error::{Fault, quoted};
 use crate::point_set::PointSet;
 use crate::text::{number, text_behind};
@@ -14,7 +14,7 @@ use crate::text::{number, text_behind};
 /// A vertex of the file. A property that is absent stays zero.
 #[derive(Debug, Default, Clone, Copy)]
 struct Vertex {
-    values: [f64; 6],
+    values: [f64; 7],
 }
 
 /// A record that is passed over.
@@ -70,21 +70,35 @@ impl PropertyAccess for Vertex {
 
 /// The place of a property in [`Vertex::values`].
 fn slot(property: &str) -> Option<usize> {
-    ["x", "y", "z", "nx", "ny", "nz"]
-        .iter()
-        .position(|name| *name == property)
+    let mut names = KNOWN.iter().chain([&COLUMN]);
+    names.position(|name| *name == property)
+}
+
+/// What is kept of the vertices.
+#[derive(Default)]
+struct Kept {
+    coordinates: Vec<f64>,
+    normals: Vec<f64>,
+    column: Vec<f64>,
 }
 
 impl Layout<'_> {
-    fn points(&self, vertices: Vec<f64>, normals: Vec<f64>) -> PointSet {
-        PointSet::three_dimensional(vertices, self.has_normals.then_some(normals))
+    fn points(&self, kept: Kept) -> PointSet {
+        let normals = self.has_normals.then_some(kept.normals);
+        PointSet {
+            column: self.has_column.then_some(kept.column),
+            ..PointSet::three_dimensional(kept.coordinates, normals)
+        }
     }
 
-    fn push(&self, vertex: &Vertex, coordinates: &mut Vec<f64>, normals: &mut Vec<f64>) {
-        let (position, normal) = vertex.values.split_at(3);
-        coordinates.extend_from_slice(position);
+    fn push(&self, vertex: &Vertex, kept: &mut Kept) {
+        let [position @ .., _, _, _, column] = &vertex.values;
+        kept.coordinates.extend_from_slice(position);
         if self.has_normals {
-            normals.extend_from_slice(normal);
+            kept.normals.extend_from_slice(&vertex.values[3..6]);
+        }
+        if self.has_column {
+            kept.column.push(*column);
         }
     }
 
@@ -166,17 +180,17 @@ pub(super) fn read_binary(
         }
     }
     let parser = Parser::<Vertex>::new();
-    let mut coordinates = Vec::with_capacity(3 * layout.vertex.count);
-    let mut normals = Vec::new();
+    let mut kept = Kept::default();
+    kept.coordinates.reserve_exact(3 * layout.vertex.count);
     for index in 0..layout.vertex.count {
         let vertex = match little {
             true => parser.read_little_endian_element(&mut body, layout.vertex),
             false => parser.read_big_endian_element(&mut body, layout.vertex),
         }
         .map_err(|_| layout.too_few(index, end))?;
-        layout.push(&vertex, &mut coordinates, &mut normals);
+        layout.push(&vertex, &mut kept);
     }
-    Ok(layout.points(coordinates, normals))
+    Ok(layout.points(kept))
 }
 
 pub(super) fn read_text(
@@ -194,8 +208,7 @@ pub(super) fn read_text(
         .iter()
         .fold(0, |sum, element| sum.saturating_add(element.count));
     let mut lines = text.lines().enumerate().skip(passed);
-    let mut coordinates = Vec::new();
-    let mut normals = Vec::new();
+    let mut kept = Kept::default();
     let properties: Vec<(Option<usize>, &PropertyType)> = layout
         .vertex
         .properties
@@ -212,9 +225,9 @@ pub(super) fn read_text(
             ));
         };
         let vertex = text_vertex(row, header_lines + offset + 1, &properties)?;
-        layout.push(&vertex, &mut coordinates, &mut normals);
+        layout.push(&vertex, &mut kept);
     }
-    Ok(layout.points(coordinates, normals))
+    Ok(layout.points(kept))
 }
 
 fn text_vertex(

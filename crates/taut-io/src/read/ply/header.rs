@@ -16,6 +16,7 @@ pub(super) struct Layout<'a> {
     /// The elements whose records stand before the vertices.
     pub(super) before: Vec<&'a ElementDef>,
     pub(super) has_normals: bool,
+    pub(super) has_column: bool,
     /// Number of records behind the vertices or before them, with the element's name.
     pub(super) ignored: Vec<(usize, &'a str)>,
 }
@@ -59,6 +60,40 @@ fn refuse_repeated_names(text: &[u8]) -> Result<(), Fault> {
             ));
         }
     }
+    Ok(())
+}
+
+/// The name that the property asked for goes by: no property's own, as those have no spaces.
+pub(super) const COLUMN: &str = "the column";
+/// The properties that mean something already.
+pub(super) const KNOWN: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+
+/// Gives a property of the vertices the name by which it is read.
+pub(super) fn mark_column(header: &mut Header, column: &str) -> Result<(), Fault> {
+    let Some(vertex) = header.elements.get_mut("vertex") else {
+        return Ok(());
+    };
+    let is_scalar = |kind: &PropertyType| matches!(kind, PropertyType::Scalar(_));
+    let numbers = || {
+        let all = vertex.properties.iter();
+        let numbers = all.filter(|(_, property)| is_scalar(&property.data_type));
+        let names = numbers.map(|(name, _)| name.as_str());
+        names.filter(|name| !KNOWN.contains(name))
+    };
+    if !numbers().any(|name| name == column) {
+        return Err(Fault::no_column(column, numbers()));
+    }
+    let properties = std::mem::take(&mut vertex.properties).into_iter();
+    vertex.properties = properties
+        .map(|(name, property)| {
+            let name = if name == column {
+                COLUMN.to_owned()
+            } else {
+                name
+            };
+            (name, property)
+        })
+        .collect();
     Ok(())
 }
 
@@ -115,6 +150,7 @@ impl<'a> Layout<'a> {
             has_normals: ["nx", "ny", "nz"]
                 .into_iter()
                 .all(|name| scalar(name).is_some()),
+            has_column: scalar(COLUMN).is_some(),
             ignored: ignored
                 .map(|element| (element.count, element.name.as_str()))
                 .collect(),

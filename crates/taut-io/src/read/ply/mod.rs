@@ -15,9 +15,12 @@ use header::Layout;
 
 const EXPORT_REMEDY: &str = "the file is cut off or its header is wrong: export it again";
 
-pub(super) fn read(bytes: &[u8]) -> Result<PointSet, Fault> {
+pub(super) fn read(bytes: &[u8], column: Option<&str>) -> Result<PointSet, Fault> {
     let mut reader = Reader::new(bytes);
-    let header = header::read_header(&mut reader, bytes)?;
+    let mut header = header::read_header(&mut reader, bytes)?;
+    if let Some(column) = column {
+        header::mark_column(&mut header, column)?;
+    }
     let records = *reader.get_ref();
     let header_bytes = bytes.len() - records.len();
     let layout = Layout::of(&header)?;
@@ -51,15 +54,15 @@ mod tests {
         );
         let mut ascii = header("ascii", &elements);
         ascii.extend(b"1 7\n0\n0.1 2.5 3 2 8 9\n");
-        assert_eq!(read(&ascii).unwrap().coordinates, [0.1, 2.5, 3.0]);
+        assert_eq!(read(&ascii, None).unwrap().coordinates, [0.1, 2.5, 3.0]);
         let mut binary = header("binary_big_endian", &elements);
         binary.extend([1, 0, 7, 0]);
         binary.extend(0.5_f32.to_be_bytes());
         binary.extend(2.5_f64.to_be_bytes());
         binary.extend([3, 0]);
-        assert_eq!(read(&binary).unwrap().coordinates, [0.5, 2.5, 3.0]);
+        assert_eq!(read(&binary, None).unwrap().coordinates, [0.5, 2.5, 3.0]);
         binary.pop();
-        assert!(read(&binary).is_err());
+        assert!(read(&binary, None).is_err());
     }
 
     #[test]
@@ -67,7 +70,7 @@ mod tests {
         let elements = "element vertex 1\nproperty float x\nproperty float x\nproperty float y\nproperty float z\n";
         let mut file = header("ascii", elements);
         file.extend(b"1 1 2 3\n");
-        let Err(Fault::Malformed { place, .. }) = read(&file) else {
+        let Err(Fault::Malformed { place, .. }) = read(&file, None) else {
             panic!("a repeated property must be refused");
         };
         assert_eq!(place, crate::Place::Line(5));
@@ -76,6 +79,6 @@ mod tests {
     #[test]
     fn records_without_properties_end_at_once() {
         let elements = format!("element void 1099511627776\n{XYZ}");
-        assert!(read(&header("binary_little_endian", &elements)).is_err());
+        assert!(read(&header("binary_little_endian", &elements), None).is_err());
     }
 }

@@ -2,7 +2,7 @@
 //! with cubic ones.
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashSet};
 
 use crate::Vector;
 use crate::error::Error;
@@ -23,6 +23,8 @@ const SWEEPS_OF_SLOPES: usize = 4;
 /// What a way turns round by more than this is known to so many spacings.
 const CORNER: f64 = 1.0;
 const TURN: f64 = 0.2;
+/// Cubic segments change the cost at the farthest of some points by less than so many spacings cost.
+const EDGE: f64 = 2.0;
 /// Where costs jump, a way's last step costs more or less by this share of the jump.
 const JUMP: f64 = 0.5;
 
@@ -37,7 +39,7 @@ pub(crate) struct Origin<const D: usize> {
 #[derive(Clone, Debug)]
 pub(crate) struct Found<const D: usize> {
     pub values: Vec<Value<D>>,
-    gradients: Vec<Vector<D>>,
+    pub(super) gradients: Vec<Vector<D>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -88,14 +90,22 @@ impl PartialOrd for Waiting {
     }
 }
 
-/// The least costs from sources, at most `longest`.
+/// How far costs are looked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Limits {
+    pub longest: f64,
+    /// No farther than it takes to reach so many points.
+    pub enough: usize,
+}
+
+/// The least costs from sources within limits.
 pub(crate) fn find<const D: usize>(
     net: &Net<D>,
     sources: &[Origin<D>],
-    longest: f64,
+    limits: Limits,
 ) -> Result<Found<D>, Error> {
     let start = beside(net, sources)?;
-    let first = in_order(net, start, longest);
+    let (first, longest) = in_order(net, start, limits);
     let mut order: Vec<u32> = (0..first.len() as u32)
         .filter(|i| first[*i as usize].cost.is_finite())
         .collect();
@@ -216,12 +226,17 @@ fn label<const D: usize>(
     }
 }
 
-/// Labels corrected until none changes, with straight segments: never too short.
+/// Labels corrected until none changes, with straight segments: never too short. And how far they were looked for.
 fn in_order<const D: usize>(
     net: &Net<D>,
     mut labels: Vec<Label<D>>,
-    longest: f64,
-) -> Vec<Label<D>> {
+    limits: Limits,
+) -> (Vec<Label<D>>, f64) {
+    let mut longest = limits.longest;
+    let is_limited = limits.enough < labels.len();
+    let mut missing = if is_limited { limits.enough } else { 0 };
+    let mut passed = HashSet::new();
+    let mut farthest = f64::NEG_INFINITY;
     let users = users(&net.inner, labels.len());
     let mut heap: BinaryHeap<Waiting> = (0..)
         .zip(&labels)
@@ -232,8 +247,16 @@ fn in_order<const D: usize>(
         })
         .collect();
     while let Some(Waiting { cost, point }) = heap.pop() {
-        if cost > labels[point as usize].cost {
+        if cost > labels[point as usize].cost || cost > longest {
             continue;
+        }
+        if missing > 0 && passed.insert(point) {
+            let i = point as usize;
+            farthest = farthest.max(cost + EDGE * net.spacing[i] * net.costs[i]);
+            missing -= 1;
+            if missing == 0 {
+                longest = longest.min(farthest);
+            }
         }
         for (user, place) in users.of(point) {
             let ring = net.inner.of(*user);
@@ -261,7 +284,7 @@ fn in_order<const D: usize>(
             }
         }
     }
-    labels
+    (labels, longest)
 }
 
 fn improve<const D: usize>(
@@ -373,31 +396,4 @@ fn least<const D: usize>(
         }
     }
     best.map(|(way, ends)| label(net, labels, &way, point, ends))
-}
-
-impl<const D: usize> Found<D> {
-    /// The number of points that no way leads to.
-    pub fn unreached(&self) -> usize {
-        let unreached = |value: &&Value<D>| value.distance.is_infinite();
-        self.values.iter().filter(unreached).count()
-    }
-
-    /// The value at a point near some of the net, from the nearest that is straight on from it.
-    pub fn at(&self, net: &Net<D>, x: &Vector<D>, near: &[u32]) -> Value<D> {
-        let found = near.iter().find(|i| {
-            let reached = self.values[**i as usize].distance.is_finite();
-            reached && net.is_open(x, &net.points[**i as usize], near)
-        });
-        let Some(nearest) = found.map(|i| *i as usize) else {
-            return Value::unreached();
-        };
-        let value = self.values[nearest];
-        let step = x - net.points[nearest];
-        let change = self.gradients[nearest].dot(&step);
-        Value {
-            distance: (value.distance + change).max(0.0),
-            error: value.error + change.abs() * step.norm() / net.spacing[nearest].max(step.norm()),
-            ..value
-        }
-    }
 }

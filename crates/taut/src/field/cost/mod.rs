@@ -7,11 +7,12 @@
 //! on a segment being cubic by its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron,
 //! SIAM Journal on Scientific Computing 43, 2021).
 
+mod evaluate;
 mod march;
 mod net;
 mod update;
 
-pub(crate) use march::{Found, Origin, find};
+pub(crate) use march::{Found, Limits, Origin, find};
 pub(crate) use net::Net;
 
 use crate::Vector;

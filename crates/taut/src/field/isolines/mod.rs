@@ -1,0 +1,222 @@
+//! Isolines of fields as polylines on the surface.
+//!
+//! A line of each component is begun where two neighbouring nodes of the graph lie on both sides of the level, and
+//! followed by steps across the gradient, each corrected along it (predictor and corrector: E. L. Allgower,
+//! K. Georg, "Numerical Continuation Methods", 1990).
+
+mod spot;
+mod walk;
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::error::Error;
+use crate::field::{Field, Fields};
+use crate::guess::Guide;
+use crate::surface::atlas::Lists;
+use spot::{Follower, Spot};
+
+/// The points at one distance from the sources: a connected piece of them.
+#[derive(Clone, Debug)]
+pub struct Isoline<const D: usize> {
+    /// The distance.
+    pub level: f64,
+    /// The line runs back into itself; its first vertex is then repeated at its end.
+    pub closed: bool,
+    /// Vertices on the surface, what is nearer to the sources to the same side all along. Kinks, where fronts from
+    /// two sides meet, are rounded by a hundredth of the graph's spacing.
+    pub points: Vec<Vector<D>>,
+    /// By how much the field at a vertex differs from the level at most.
+    pub miss: f64,
+}
+
+/// Seeds are passed by a line at this distance, in mean edges of the graph, or this if their gradients agree.
+const PASSED: f64 = 0.02;
+const PASSED_ALIKE: f64 = 0.15;
+/// Cosine of gradients that agree.
+const ALIKE: f64 = 0.3;
+/// Sources nearer than this to an isoline, in mean edges, are looked at: there may be no node between.
+const AT_SOURCE: f64 = 2.0;
+
+/// Lines of more vertices than some whose ends are this near, in mean edges, are closed: what parted them is the tip
+/// between two fronts that have just met.
+const SHORT: usize = 8;
+const GAP: f64 = 0.25;
+
+/// Places on a level that lines have to pass.
+struct Seeds<const D: usize, P> {
+    spots: Vec<Spot<D, P>>,
+    /// By the nearest node.
+    by_node: Lists,
+    is_waiting: Vec<bool>,
+}
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The isolines of a field on a two-dimensional surface at levels, in their order; with costs, lines of equal
+    /// cost. Lines end at rims and where the field does. A closed line that no two neighbouring nodes of the
+    /// graph lie on both sides of is seen about sources only.
+    ///
+    /// # Errors
+    /// [`Error::NoIsolines`] on surfaces of other dimensions.
+    ///
+    /// About O(n) in the nodes of the graph and the length of the lines in their spacing, levels in parallel.
+    pub fn isolines(&self, field: &Field<D>, levels: &[f64]) -> Result<Vec<Isoline<D>>, Error> {
+        let dimension = self.geodesics.surface().intrinsic_dimension();
+        if dimension != 2 {
+            return Err(Error::NoIsolines { dimension });
+        }
+        let graph = self.geodesics.graph();
+        let distances: Vec<f64> = (0..graph.nodes.len() as u32)
+            .into_par_iter()
+            .map(|node| {
+                let known = self.sloped(field, node, &graph.nodes[node as usize].point);
+                known.map_or(f64::INFINITY, |known| known.0)
+            })
+            .collect();
+        let nodes = 0..graph.nodes.len() as u32;
+        let widest = nodes.map(|node| self.mean_edge(node)).fold(0.0, f64::max);
+        let at_level = |level: &f64| {
+            let mut follower = Follower::new(self, field, *level);
+            let mut spots = self.crossings(&distances, &mut follower);
+            spots.extend(self.beside_sources(field, widest, &mut follower));
+            let by_node = super::by_node(spots.iter().map(|spot| spot.near), graph.nodes.len());
+            let mut seeds = Seeds {
+                is_waiting: vec![true; spots.len()],
+                spots,
+                by_node,
+            };
+            self.lines(&mut seeds, &mut follower)
+        };
+        Ok(levels.par_iter().flat_map_iter(at_level).collect())
+    }
+
+    /// Where edges of the graph cross the level.
+    fn crossings(
+        &self,
+        distances: &[f64],
+        follower: &mut Follower<'_, D, S>,
+    ) -> Vec<Spot<D, S::Place>> {
+        let graph = self.geodesics.graph();
+        let level = follower.level;
+        let mut spots = Vec::new();
+        for (node, here) in (0..).zip(distances) {
+            if *here >= level {
+                continue;
+            }
+            let from = &graph.nodes[node as usize];
+            let longest = self.mean_edge(node);
+            for edge in graph.edges(node) {
+                let there = distances[edge.to as usize];
+                let is_short = f64::from(edge.length) <= longest;
+                if there >= level && there.is_finite() && is_short {
+                    let step = graph.nodes[edge.to as usize].point - from.point;
+                    let x = from.point + step * ((level - here) / (there - here));
+                    let place = (from.place, node);
+                    spots.extend(follower.on_level(&x, place, f64::from(edge.length)));
+                }
+            }
+        }
+        spots
+    }
+
+    /// Places about the sources, where the level is so near to them that there may be no node between; of costs
+    /// nothing is known nearer to a source than the points are. No node has longer edges in the mean than `widest`.
+    fn beside_sources(
+        &self,
+        field: &Field<D>,
+        widest: f64,
+        follower: &mut Follower<'_, D, S>,
+    ) -> Vec<Spot<D, S::Place>> {
+        let graph = self.geodesics.graph();
+        let mut spots = Vec::new();
+        for (source, start) in field.sources.iter().zip(&field.source_starts) {
+            let radius = follower.level - start;
+            if radius <= 0.0 || radius > AT_SOURCE * widest {
+                continue;
+            }
+            let squared = |x: &Vector<D>| (x - source.point).norm_squared();
+            let nodes = graph.nodes.iter().zip(0..);
+            let nearest = nodes.min_by(|a, b| squared(&a.0.point).total_cmp(&squared(&b.0.point)));
+            let Some((node, near)) = nearest else { break };
+            if radius <= AT_SOURCE * self.mean_edge(near) {
+                let x = source.point + source.tangents[0] * radius;
+                spots.extend(follower.on_level(&x, (node.place, near), radius));
+            }
+        }
+        spots
+    }
+
+    /// The mean length of a node's edges.
+    fn mean_edge(&self, node: u32) -> f64 {
+        let edges = self.geodesics.graph().edges(node);
+        let sum: f64 = edges.iter().map(|edge| f64::from(edge.length)).sum();
+        sum / edges.len().max(1) as f64
+    }
+
+    /// Lines through all seeds.
+    fn lines(
+        &self,
+        seeds: &mut Seeds<D, S::Place>,
+        follower: &mut Follower<'_, D, S>,
+    ) -> Vec<Isoline<D>> {
+        let mut lines = Vec::new();
+        while let Some(first) = seeds.is_waiting.iter().position(|waiting| *waiting) {
+            seeds.is_waiting[first] = false;
+            let start = seeds.spots[first];
+            let mut pass = |a: &Spot<D, S::Place>, b: &Spot<D, S::Place>| self.pass(seeds, a, b);
+            let (ahead, mut closed) = follower.walk(&start, 1.0, &mut pass);
+            let mut spots = Vec::new();
+            if !closed {
+                let (behind, _) = follower.walk(&start, -1.0, &mut pass);
+                spots.extend(behind.into_iter().skip(1).rev());
+            }
+            spots.extend(ahead);
+            let [Some(first), Some(last)] = [spots.first().copied(), spots.last().copied()] else {
+                continue;
+            };
+            if spots.len() < 2 {
+                continue;
+            }
+            let gap = (first.point - last.point).norm();
+            if !closed && spots.len() > SHORT && gap <= GAP * self.mean_edge(first.near) {
+                spots.push(first);
+                closed = true;
+            }
+            let miss = |spot: &Spot<D, S::Place>| (spot.distance - follower.level).abs();
+            lines.push(Isoline {
+                level: follower.level,
+                closed,
+                points: spots.iter().map(|spot| spot.point).collect(),
+                miss: spots.iter().map(miss).fold(0.0, f64::max),
+            });
+        }
+        lines
+    }
+
+    /// Takes the seeds that a step of a line passes off those waiting, and tells whether there were any.
+    fn pass(
+        &self,
+        seeds: &mut Seeds<D, S::Place>,
+        from: &Spot<D, S::Place>,
+        to: &Spot<D, S::Place>,
+    ) -> bool {
+        let near = self.mean_edge(to.near);
+        let around = self.geodesics.graph().edges(to.near).iter();
+        let around = around.map(|edge| edge.to).chain([to.near]);
+        let mut passed = false;
+        for node in around {
+            for seed in seeds.by_node.of(node).iter().map(|seed| *seed as usize) {
+                let spot = &seeds.spots[seed];
+                let distance = walk::off(&spot.point, from, to);
+                let alike = |other: &Spot<D, S::Place>| spot.ahead.dot(&other.ahead) >= ALIKE;
+                let is_passed = distance <= PASSED * near
+                    || (distance <= PASSED_ALIKE * near && (alike(from) || alike(to)));
+                if seeds.is_waiting[seed] && is_passed {
+                    seeds.is_waiting[seed] = false;
+                    passed = true;
+                }
+            }
+        }
+        passed
+    }
+}

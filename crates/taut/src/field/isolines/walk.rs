@@ -1,0 +1,158 @@
+//! Following an isoline from one of its places.
+
+use crate::Vector;
+use crate::field::isolines::ALIKE;
+use crate::field::isolines::spot::{Follower, Spot};
+use crate::field::jet::norm;
+use crate::guess::Guide;
+
+/// Longest and shortest step, in mean edges of the graph: kinks are known to the latter.
+const LONGEST: f64 = 0.25;
+const SHORTEST: f64 = LONGEST / 64.0;
+/// Cosine of the turn in a step, but in a kink.
+const TURN: f64 = 0.98;
+/// Where it is more than this, the next step may be longer by this factor.
+const STRAIGHT: f64 = 0.995;
+const LONGER: f64 = 1.6;
+/// A step leads at least so far, in its length.
+const ONWARD: f64 = 0.2;
+/// Behind a sharp corner the line is looked for so many shortest steps away.
+const CORNER: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+/// A line that passes none of the seeds on so many mean edges runs where it ran before.
+const ASTRAY: f64 = 10.0;
+/// A line closes if it passes its start at this share of a step.
+const CLOSE: f64 = 0.3;
+
+/// The distance of a point from the straight step between two places.
+pub(super) fn off<const D: usize, P>(x: &Vector<D>, from: &Spot<D, P>, to: &Spot<D, P>) -> f64 {
+    let step = to.point - from.point;
+    let along = (x - from.point).dot(&step) / step.norm_squared();
+    (x - from.point - step * along.clamp(0.0, 1.0)).norm()
+}
+
+/// A place with the way on from there, the nearer side to one hand.
+struct Way<const D: usize, P> {
+    spot: Spot<D, P>,
+    /// 1 or -1, by the spot's frame.
+    hand: f64,
+    onward: Vector<D>,
+}
+
+impl<const D: usize, P: Copy> Way<D, P> {
+    fn new(spot: Spot<D, P>, hand: f64) -> Self {
+        Self {
+            onward: tangent(&spot, hand),
+            spot,
+            hand,
+        }
+    }
+
+    /// At another place beside it, the nearer side to the same hand.
+    fn at(&self, spot: Spot<D, P>) -> Self {
+        let hand = self.hand * self.spot.frame.handedness(&spot.frame);
+        Self::new(spot, hand)
+    }
+}
+
+impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
+    /// The line from a place on, the nearer side on one hand throughout: `hand` is 1 or -1 for the two ways. And
+    /// whether it comes back. `pass` hears of each step and says whether it leads past something new.
+    pub fn walk(
+        &mut self,
+        start: &Spot<D, S::Place>,
+        hand: f64,
+        pass: &mut impl FnMut(&Spot<D, S::Place>, &Spot<D, S::Place>) -> bool,
+    ) -> (Vec<Spot<D, S::Place>>, bool) {
+        let mut line = vec![*start];
+        let mut way = Way::new(*start, hand);
+        let mut mean = self.fields.mean_edge(start.near);
+        let mut length = LONGEST * mean;
+        let (mut astray, mut fresh) = (0.0, line.len());
+        loop {
+            if astray > ASTRAY * mean {
+                line.truncate(fresh);
+                break;
+            }
+            let here = way.spot;
+            let shortest = SHORTEST * mean;
+            let x = here.point + way.onward * length;
+            let next = self.on_level(&x, (here.place, here.near), length);
+            let next = next.map(|next| way.at(next));
+            let cosine = |next: &Way<D, S::Place>| next.onward.dot(&way.onward);
+            let step = |next: &Way<D, S::Place>| (next.spot.point - here.point).norm();
+            let ahead = next.filter(|next| step(next) > ONWARD * length);
+            let straight = ahead.as_ref().map_or(-1.0, cosine);
+            if straight < TURN && length > shortest {
+                length = (0.5 * length).max(shortest);
+                continue;
+            }
+            let next = match ahead {
+                Some(next) => next,
+                None => match self.round_corner(&way, shortest) {
+                    Some(next) => next,
+                    None => break,
+                },
+            };
+            let step = step(&next);
+            if line.len() > 2 && comes_back(start, &here, &next.spot, step) {
+                pass(&here, start);
+                line.push(*start);
+                return (line, true);
+            }
+            line.push(next.spot);
+            astray += step;
+            if pass(&here, &next.spot) {
+                (astray, fresh) = (0.0, line.len());
+            }
+            mean = self.fields.mean_edge(next.spot.near);
+            way = next;
+            if straight > STRAIGHT {
+                length = (LONGER * length).min(LONGEST * mean);
+            }
+        }
+        (line, false)
+    }
+
+    /// On from a place where a front from elsewhere ends the line's own, along that.
+    fn round_corner(&mut self, way: &Way<D, S::Place>, shortest: f64) -> Option<Way<D, S::Place>> {
+        let here = &way.spot;
+        for far in CORNER {
+            let x = here.point + way.onward * (far * shortest);
+            let other = way.at(self.spot(&x, (here.place, here.near))?);
+            if other.spot.ahead.dot(&here.ahead) >= TURN {
+                continue;
+            }
+            for far in CORNER {
+                let x = here.point + other.onward * (far * shortest);
+                let place = (other.spot.place, other.spot.near);
+                let next = self.on_level(&x, place, far * shortest);
+                let is_onward = |next: &Spot<D, S::Place>| {
+                    let step = (next.point - here.point).norm();
+                    step > ONWARD * shortest && next.ahead.dot(&other.spot.ahead) >= TURN
+                };
+                if let Some(next) = next.filter(is_onward) {
+                    return Some(other.at(next));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Across the gradient, to one hand.
+fn tangent<const D: usize, P>(spot: &Spot<D, P>, hand: f64) -> Vector<D> {
+    let [a, b] = spot.frame.coordinates(&spot.ahead);
+    let inverse = hand / norm([a, b]);
+    spot.frame.vector([-b * inverse, a * inverse])
+}
+
+/// Whether a step passes the line's start.
+fn comes_back<const D: usize, P>(
+    start: &Spot<D, P>,
+    from: &Spot<D, P>,
+    to: &Spot<D, P>,
+    step: f64,
+) -> bool {
+    let alike = |spot: &Spot<D, P>| spot.ahead.dot(&start.ahead) >= ALIKE;
+    off(&start.point, from, to) <= CLOSE * step && (alike(from) || alike(to))
+}

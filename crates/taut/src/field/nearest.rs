@@ -1,0 +1,209 @@
+//! The points nearest to the sources: a field that goes no farther than it takes to hold them.
+
+use std::collections::BinaryHeap;
+
+use crate::error::Error;
+use crate::field::{Field, Fields, Other, Settings, Source, cost};
+use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
+use crate::surface::Node;
+use crate::surface::atlas::{Atlas, ChartIndex};
+
+/// Steps from a node of the graph to a point beside it bend with the surface and are longer than their chord by
+/// this at most.
+const BENT: f64 = 1.1;
+/// Distances are as in a field without end so many spacings before its own.
+const EDGE: f64 = 3.0;
+
+/// The indices of the `count` least of some distances, least first, of equal ones the first: fewer where fewer
+/// are finite. O(n + `count` log `count`).
+#[must_use]
+pub fn least(distances: &[f64], count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..distances.len())
+        .filter(|i| distances[*i].is_finite())
+        .collect();
+    let by_distance = |a: &usize, b: &usize| distances[*a].total_cmp(&distances[*b]).then(a.cmp(b));
+    if count < order.len() {
+        order.select_nth_unstable_by(count, by_distance);
+        order.truncate(count);
+    }
+    order.sort_unstable_by(by_distance);
+    order
+}
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The distances from the sources as far as it takes to hold the `count` of `nodes` that are nearest, which
+    /// [`least`] picks: what lies farther may or may not be reached.
+    ///
+    /// Distances along the graph, which are never too short, tell how far that is. Costs are found everywhere.
+    ///
+    /// # Errors
+    /// As [`from`](Self::from).
+    pub fn nearest_of(
+        &self,
+        sources: &[Source<D, S::Place>],
+        nodes: &[Node<D, S::Place>],
+        count: usize,
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
+        if self.net.is_some() {
+            return self.from(sources, settings);
+        }
+        let beside = nodes.iter().filter_map(|node| {
+            let entrances = self.geodesics.entrances(node).into_iter();
+            let nearest = entrances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some((nearest.0, f64::from(nearest.1)))
+        });
+        self.up_to(sources, beside, count, settings)
+    }
+
+    /// The field as far as `count` of some points lie, each beside a node of the graph at a distance from it.
+    fn up_to(
+        &self,
+        sources: &[Source<D, S::Place>],
+        points: impl Iterator<Item = (u32, f64)>,
+        count: usize,
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
+        let mut beside = vec![(0, 0.0_f64); self.geodesics.graph().nodes.len()];
+        for (node, distance) in points {
+            let (points, reach) = &mut beside[node as usize];
+            *points += 1;
+            *reach = reach.max(distance);
+        }
+        let far = self.far_enough(sources, &beside, count);
+        let settings = Settings {
+            max_distance: settings.max_distance.min(far),
+            ..*settings
+        };
+        self.from(sources, &settings)
+    }
+
+    /// A distance within which `count` points lie, if there are so many, with the edge that a field has.
+    /// `beside` has the number of points at each node of the graph and how far at most they lie from it.
+    fn far_enough(
+        &self,
+        sources: &[Source<D, S::Place>],
+        beside: &[(usize, f64)],
+        count: usize,
+    ) -> f64 {
+        let graph = self.geodesics.graph();
+        let entrances = sources.iter().flat_map(|source| {
+            let list = self.geodesics.entrances(&source.node).into_iter();
+            list.map(|(node, length)| (node, length + source.start as f32))
+        });
+        let entrances: Vec<(u32, f32)> = entrances.collect();
+        // Bounds of the points at the nodes passed, the farthest first, as many as it takes.
+        let mut held: BinaryHeap<Passed> = BinaryHeap::new();
+        let (mut points, mut edge) = (0, 0.0_f64);
+        let mut passed = vec![false; beside.len()];
+        Distances::new(graph).search(
+            graph,
+            &entrances,
+            |_| 0.0,
+            |node, distance| {
+                let (here, reach) = beside[node as usize];
+                if here > 0 && !std::mem::replace(&mut passed[node as usize], true) {
+                    let bound = f64::from(distance) + BENT * reach;
+                    held.push(Passed {
+                        bound,
+                        points: here,
+                    });
+                    points += here;
+                    edge = edge.max(self.spacing[node as usize]);
+                    while let Some(farthest) = held.peek() {
+                        if points - farthest.points < count {
+                            break;
+                        }
+                        points -= farthest.points;
+                        held.pop();
+                    }
+                }
+                match held.peek() {
+                    Some(farthest) if points >= count => farthest.bound as f32,
+                    _ => f32::INFINITY,
+                }
+            },
+        );
+        match held.peek() {
+            Some(farthest) if points >= count => farthest.bound + EDGE * edge,
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// Points beside a node that distances along the graph have passed.
+struct Passed {
+    /// None of them is farther.
+    bound: f64,
+    points: usize,
+}
+
+impl PartialEq for Passed {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Passed {}
+
+impl Ord for Passed {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let order = self.bound.total_cmp(&other.bound);
+        order.then(self.points.cmp(&other.points))
+    }
+}
+
+impl PartialOrd for Passed {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<const D: usize> Fields<'_, D, Atlas<D>> {
+    /// As [`nearest_of`](Self::nearest_of), of the points of the cloud. Costs end there too: their march passes
+    /// points in the order of cost.
+    ///
+    /// # Errors
+    /// As [`from`](Self::from).
+    pub fn nearest(
+        &self,
+        sources: &[Source<D, ChartIndex>],
+        count: usize,
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
+        if sources.is_empty() {
+            return Err(Error::NoSources);
+        }
+        if let Some(net) = &self.net {
+            let limits = cost::Limits {
+                longest: settings.max_distance,
+                enough: count,
+            };
+            let found = cost::find(net, &self.origins(sources), limits)?;
+            return Ok(Field::of_other(Other::Cost(found), settings.max_distance));
+        }
+        let atlas = self.geodesics.surface();
+        let nodes = &self.geodesics.graph().nodes;
+        let points = atlas.cloud().points.iter().enumerate().map(|(i, x)| {
+            let owner = atlas.owner(i);
+            (owner, (x - nodes[owner as usize].point).norm())
+        });
+        self.up_to(sources, points, count, settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least;
+
+    #[test]
+    fn the_least_come_in_order_and_ties_by_index() {
+        let far = f64::INFINITY;
+        let distances = [3.0, 1.0, far, 1.0, 2.0, f64::NAN, 1.0];
+        assert_eq!(least(&distances, 0), [0_usize; 0]);
+        assert_eq!(least(&distances, 2), [1, 3]);
+        assert_eq!(least(&distances, 4), [1, 3, 6, 4]);
+        assert_eq!(least(&distances, 9), [1, 3, 6, 4, 0]);
+    }
+}
