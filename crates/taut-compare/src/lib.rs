@@ -5,12 +5,14 @@
 //! - [`closed_form`]: distances that a formula gives;
 //! - [`revolution`]: nearly round ellipsoids of revolution by Karney's series;
 //! - [`cost`]: least costs in the plane that a formula gives;
+//! - [`outline`]: shortest ways in the plane with a polygonal edge, by the visibility graph;
 //! - [`shooting`]: every geodesic between two points of a torus or a triaxial ellipsoid, by the geodesic equation.
 
 pub mod closed_form;
 pub mod cost;
 pub mod generate;
 mod gragg;
+pub mod outline;
 pub mod revolution;
 pub mod shooting;
 pub mod surface;

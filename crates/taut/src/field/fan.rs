@@ -30,6 +30,12 @@ const FOCUSED: f64 = 1.0;
 const MOST_CHANGE: f64 = 0.1;
 /// Neighbouring rays whose directions agree to this are not parted further.
 const NARROWEST: f64 = 1e-9;
+/// A ray that a rim ends casts a shadow where the one beside it goes on by so many spacings, ...
+const SHADOW: f64 = 1.0;
+/// ... and that one grazes the rim where it is no farther off than this many.
+const GRAZING: f64 = 0.03;
+/// Rays put between two for that start so many spacings before.
+const BEFORE: f64 = 2.0;
 /// Most jets for each node that a source may reach.
 const MOST_JETS: usize = 16;
 
@@ -49,6 +55,15 @@ struct Ray<const D: usize, P> {
     angle: f64,
     needed_from: f64,
     knots: Vec<Knot<D, P>>,
+    /// A rim ends it.
+    stopped: bool,
+}
+
+/// Where a ray grazes a rim.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Graze<const D: usize, P> {
+    pub knot: Knot<D, P>,
+    pub distance: f64,
 }
 
 impl<const D: usize, P: Copy> Ray<D, P> {
@@ -80,6 +95,25 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         (j > 0.0).then(|| slope / j)
     }
 
+    /// Where the edge is that a ray beside it, `angle` off, runs into and this one passes, and how far off that ray is
+    /// there.
+    fn passes(&self, other: &Self, angle: f64, spacing: &[f64]) -> Option<(Knot<D, P>, f64)> {
+        let last = other.knots.last().filter(|_| other.stopped)?;
+        let spacing = spacing[last.near as usize];
+        let farther = self.end() - last.length > SHADOW * spacing;
+        let knot = self.at(last.length).filter(|_| farther)?;
+        let apart = knot.jacobi[0].max(last.jacobi[0]) * angle;
+        let (place, near) = (last.place, last.near);
+        Some((
+            Knot {
+                place,
+                near,
+                ..knot
+            },
+            apart / spacing,
+        ))
+    }
+
     /// The first length at which a ray at an angle beside it is too far off.
     fn parted(&self, angle: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
@@ -92,16 +126,18 @@ impl<const D: usize, P: Copy> Ray<D, P> {
     }
 }
 
-/// The jets along all rays of a source, which lies at a node with its frame, near a node of the graph.
+/// The jets along the rays of a source, which lies at a node with its frame, near a node of the graph, all of them or
+/// those between two angles; and where they graze rims.
 ///
 /// Rays are shot between neighbours that part, generation by generation and in parallel.
 pub(crate) fn fan<const D: usize, S: Surface<D>>(
     surface: &S,
     source: (&Node<D, S::Place>, &Frame<D>, u32),
+    angles: Option<[f64; 2]>,
     start: f64,
     reachable: usize,
     limits: &Limits<D, S::Place>,
-) -> Vec<Sample<D>> {
+) -> (Vec<Sample<D>>, Vec<Graze<D, S::Place>>) {
     let (graph, spacing) = (limits.graph, limits.spacing);
     let (node, frame, near) = source;
     let shoot = |angle: f64, needed_from: f64, parents: Option<(&Ray<_, _>, &Ray<_, _>, f64)>| {
@@ -117,27 +153,48 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
             near,
             heights: HeightErrors::default(),
         });
+        let (knots, stopped) = ray::shoot(surface, start, limits);
         Ray {
             angle,
             needed_from,
-            knots: ray::shoot(surface, start, limits),
+            knots,
+            stopped,
         }
     };
-    let mut rays: Vec<Ray<D, S::Place>> = (0..FIRST_RAYS)
+    let apart = TAU / FIRST_RAYS as f64;
+    let first: Vec<f64> = match angles {
+        None => (0..FIRST_RAYS).map(|i| apart * i as f64).collect(),
+        Some([from, to]) => {
+            let steps = ((to - from) / apart).ceil().max(1.0);
+            let angle = |i: usize| from + (to - from) * i as f64 / steps;
+            (0..=steps as usize).map(angle).collect()
+        }
+    };
+    let mut rays: Vec<Ray<D, S::Place>> = first
         .into_par_iter()
-        .map(|i| shoot(TAU * i as f64 / FIRST_RAYS as f64, 0.0, None))
+        .map(|angle| shoot(angle, 0.0, None))
         .collect();
+    // In a sector the last ray has none to its left.
+    let pairs = |count: usize| count - usize::from(angles.is_some());
     let mut young = vec![true; rays.len()];
     let mut jets = 0;
     while jets <= MOST_JETS * reachable {
         let count = rays.len();
-        let between: Vec<(usize, f64, f64)> = (0..count)
+        let between: Vec<(usize, f64, f64)> = (0..pairs(count))
             .filter(|i| young[*i] || young[(i + 1) % count])
             .filter_map(|i| {
                 let (left, right) = (&rays[i], &rays[(i + 1) % count]);
                 let angle = (right.angle - left.angle).rem_euclid(TAU);
                 let from = [left, right].map(|ray| ray.parted(angle, spacing));
-                let from = from.into_iter().flatten().reduce(f64::min)?;
+                let parted = from.into_iter().flatten().reduce(f64::min);
+                let from = parted.or_else(|| {
+                    let grazes = [(left, right), (right, left)]
+                        .map(|(a, b)| a.passes(b, angle, spacing))
+                        .into_iter()
+                        .flatten();
+                    let (knot, _) = grazes.filter(|(_, off)| *off > GRAZING).next()?;
+                    Some((knot.length - BEFORE * spacing[knot.near as usize]).max(0.0))
+                })?;
                 (angle > NARROWEST).then_some((i, angle, from))
             })
             .collect();
@@ -155,15 +212,32 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         (rays, young) = merged(rays, between.iter().map(|b| b.0).zip(shot));
     }
     let count = rays.len();
-    (0..count)
+    let samples = (0..count)
         .into_par_iter()
         .flat_map_iter(|i| samples(&rays, i, graph, spacing, start))
-        .collect()
+        .collect();
+    let grazes = (0..pairs(count)).flat_map(|i| {
+        let (left, right) = (&rays[i], &rays[(i + 1) % count]);
+        let angle = (right.angle - left.angle).rem_euclid(TAU);
+        let found = [(left, right), (right, left)].map(|(a, b)| a.passes(b, angle, spacing));
+        let near = found
+            .into_iter()
+            .flatten()
+            .filter(|(_, off)| *off <= GRAZING);
+        near.map(|(knot, _)| Graze {
+            distance: start + knot.length,
+            knot,
+        })
+    });
+    (samples, grazes.collect())
 }
 
 /// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
 /// Place, nearest node and height errors are the first knot's.
-fn between<const D: usize, P: Copy>(pair: [&Knot<D, P>; 2], length: f64) -> Option<Knot<D, P>> {
+pub(crate) fn between<const D: usize, P: Copy>(
+    pair: [&Knot<D, P>; 2],
+    length: f64,
+) -> Option<Knot<D, P>> {
     let [a, b] = pair;
     let h = b.length - a.length;
     let s = (length - a.length) / h;

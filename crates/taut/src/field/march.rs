@@ -17,9 +17,9 @@ const ROUGH: f64 = 0.02;
 
 /// A node with a distance that others may take up, least first.
 #[derive(PartialEq)]
-struct Waiting {
-    distance: f64,
-    node: u32,
+pub(crate) struct Waiting {
+    pub distance: f64,
+    pub node: u32,
 }
 
 impl Eq for Waiting {}
