@@ -39,7 +39,7 @@ const LIT: f64 = 1.0;
 /// Improvements below this share of the nodes' spacing are left.
 const LEAST: f64 = 0.01;
 /// The edge is known to so many spacings of the graph's nodes, for each radian that a way turns round it.
-const DOUBT: f64 = 0.3;
+const DOUBT: f64 = 0.6;
 /// Rays turn away from the edge by so many radians too, as what lies ahead of a rough edge may end all others.
 const CLEAR: f64 = 0.3;
 /// Edges one behind the other that a way may bend round.

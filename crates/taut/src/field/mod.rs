@@ -293,7 +293,8 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 source,
             }));
         }
-        if !grazed.is_empty() {
+        let bends = !grazed.is_empty();
+        if bends {
             let lit = by_node(samples.iter().map(|s| s.0.near), graph.nodes.len());
             let lit = |frame: &Frame<D>, near: u32| self.by_samples(frame, near, &samples, &lit);
             let bent = self.rims.bent(surface, grazed, lit, reachable, limits);
@@ -342,7 +343,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 found
             })
             .collect();
-        march::carry_on(graph, &self.frames, &bound, &mut lists);
+        march::carry_on(graph, &self.frames, &bound, bends, &mut lists);
         let tolerance = self.tolerance(settings);
         let errors: Vec<f64> = (0..lists.len() as u32)
             .into_par_iter()
