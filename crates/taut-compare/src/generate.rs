@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+use crate::outline::Outline;
 use crate::surface::Torus;
 
 /// Points with the two parameters of each.
@@ -182,6 +183,33 @@ pub fn plane_with_hole(count: usize, half_side: f64, radius: f64, seed: u64) -> 
         }
     };
     sample(count, seed, parameters, |[x, y]| [x, y, 0.0])
+}
+
+/// The part of the plane z = 0 within an outline inside [-half_side, half_side]²; parameters x and y.
+pub fn plane(count: usize, outline: &Outline, half_side: f64, seed: u64) -> Sample<3> {
+    let parameters = |random: &mut Pcg64| {
+        loop {
+            let place = [0; 2].map(|_| half_side * (2.0 * random.random::<f64>() - 1.0));
+            if outline.holds(place) {
+                return place;
+            }
+        }
+    };
+    sample(count, seed, parameters, |[x, y]| [x, y, 0.0])
+}
+
+/// Sphere about the origin whose density, exponential in z, is `ratio` times as high at one pole as at the other.
+pub fn uneven_sphere(count: usize, radius: f64, ratio: f64, seed: u64) -> Vec<[f64; 3]> {
+    let mut random = generator(seed);
+    let draw = |random: &mut Pcg64| {
+        loop {
+            let x: [f64; 3] = unit(random);
+            if random.random::<f64>() <= ratio.powf(0.5 * (x[2] - 1.0)) {
+                return x.map(|x| x * radius);
+            }
+        }
+    };
+    (0..count).map(|_| draw(&mut random)).collect()
 }
 
 /// Sheet rolled up along the spiral of Archimedes r = inner_radius + gap θ / 2π, of width 1 along z. Its parameters are

@@ -6,6 +6,7 @@
 //! - [`revolution`]: nearly round ellipsoids of revolution by Karney's series;
 //! - [`cost`]: least costs in the plane that a formula gives;
 //! - [`direction`]: errors of logarithms and of parallel transport against known geodesics;
+//! - [`outline`]: shortest ways in the plane with a polygonal edge, by the visibility graph;
 //! - [`shooting`]: every geodesic between two points of a torus or a triaxial ellipsoid, by the geodesic equation.
 
 pub mod closed_form;
@@ -13,6 +14,7 @@ pub mod cost;
 pub mod direction;
 pub mod generate;
 mod gragg;
+pub mod outline;
 pub mod revolution;
 pub mod shooting;
 pub mod surface;

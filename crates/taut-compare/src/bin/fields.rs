@@ -1,5 +1,6 @@
 //! Accuracy and speed of distance fields on clouds with known truth:
 //! `cargo run --release -p taut-compare --features measure --bin fields -- sphere:100000 torus:10000 roll:100000:8 sphere:10000:1`,
+//! with holes, notches, outliers and uneven density `hole:10000 triangle:10000 notches:10000 strewn:10000 uneven:10000`,
 //! and of other dimensions `sphere3:100000 sphere4:100000 spherinder:50000 curve:1000 clifford:100000 roll10:20000`.
 //!
 //! A case is SHAPE:POINTS, and after another colon the noise in spacings or, for the roll, the gap between its layers
@@ -14,6 +15,7 @@ use taut::cloud::Cloud;
 use taut::field::{Fields, Settings, Source};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
+use taut_compare::outline::Outline;
 use taut_compare::shooting::Fan;
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate};
@@ -89,6 +91,70 @@ fn hole(count: usize) -> Case<3> {
         dimension: 2,
         spacing: ((4.0 - 0.16 * PI) / count as f64).sqrt(),
         truth,
+    }
+}
+
+/// A part of the square of side 2 with a polygonal edge, of an area.
+fn outlined(count: usize, rings: Vec<Vec<[f64; 2]>>, area: f64) -> Case<3> {
+    let outline = Outline { rings };
+    let sample = generate::plane(count, &outline, 1.0, 1);
+    let places = &sample.parameters;
+    let truth = (1..count).zip(outline.distances(places[0], &places[1..]));
+    Case {
+        truth: truth.collect(),
+        points: sample.points,
+        dimension: 2,
+        spacing: (area / count as f64).sqrt(),
+    }
+}
+
+/// A square of side 2 with a triangle of side 1 cut out of its middle.
+fn triangle(count: usize) -> Case<3> {
+    let corner = |i: i32| {
+        let (sin, cos) = (0.3 + TAU / 3.0 * f64::from(i)).sin_cos();
+        [cos / 3_f64.sqrt(), sin / 3_f64.sqrt()]
+    };
+    let hole = (0..3).map(corner).collect();
+    let square = Outline::rectangle([-1.0; 2], [1.0; 2]);
+    outlined(count, vec![square, hole], 4.0 - 0.25 * 3_f64.sqrt())
+}
+
+/// A square of side 2 with two notches from opposite sides that overlap.
+fn notches(count: usize) -> Case<3> {
+    let outline = vec![
+        [-1.0, -1.0],
+        [-0.4, -1.0],
+        [-0.4, 0.3],
+        [-0.2, 0.3],
+        [-0.2, -1.0],
+        [1.0, -1.0],
+        [1.0, 1.0],
+        [0.4, 1.0],
+        [0.4, -0.3],
+        [0.2, -0.3],
+        [0.2, 1.0],
+        [-1.0, 1.0],
+    ];
+    outlined(count, vec![outline], 4.0 - 2.0 * 0.2 * 1.3)
+}
+
+/// A sphere with points uniform in the cube round it beside its own, these a hundredth of those.
+fn strewn(count: usize) -> Case<3> {
+    let mut case = sphere(count, 0.0);
+    case.points
+        .extend(generate::outliers(&case.points, count / 100, 5));
+    case
+}
+
+/// A sphere sampled 20 times as densely at one pole as at the other.
+fn uneven(count: usize) -> Case<3> {
+    let points = generate::uneven_sphere(count, 1.0, 20.0, 1);
+    let truth = (1..count).map(|i| (i, closed_form::sphere(1.0, &points[0], &points[i])));
+    Case {
+        truth: truth.collect(),
+        points,
+        dimension: 2,
+        spacing: (4.0 * PI / count as f64).sqrt(),
     }
 }
 
@@ -260,7 +326,7 @@ fn measure<const D: usize>(
     let geodesics = Geodesics::of_atlas(Atlas::new(cloud, case.dimension)?);
     let atlas_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let fields = Fields::of_cloud(&geodesics).expect("fields");
+    let fields = Fields::of_cloud(&geodesics)?;
     let shared_seconds = start.elapsed().as_secs_f64();
     let settings = Settings {
         tolerance,
@@ -340,6 +406,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "sphere" => measure(name, &sphere(count, detail), tolerance)?,
             "torus" => measure(name, &torus(count), tolerance)?,
             "hole" => measure(name, &hole(count), tolerance)?,
+            "triangle" => measure(name, &triangle(count), tolerance)?,
+            "notches" => measure(name, &notches(count), tolerance)?,
+            "strewn" => measure(name, &strewn(count), tolerance)?,
+            "uneven" => measure(name, &uneven(count), tolerance)?,
             "roll" => measure(name, &roll(count, gap), tolerance)?,
             "sphere3" => measure(name, &sphere_in::<4>(count, 2.0 * PI * PI), tolerance)?,
             "sphere4" => measure(name, &sphere_in::<5>(count, 8.0 / 3.0 * PI * PI), tolerance)?,

@@ -64,6 +64,7 @@ impl Group {
     fn takes(&self, jet: &Jet, source: u32, spacing: f64) -> bool {
         let (a, b) = (self.first.gradient, jet.gradient);
         self.source == source
+            && self.first.heading.is_bent() == jet.heading.is_bent()
             && a[0] * b[0] + a[1] * b[1] >= SAME_DIRECTION
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
     }
@@ -131,11 +132,15 @@ pub(crate) fn branches<'a, const D: usize>(
             let least = NEAREST * spacing;
             let weight =
                 (squared / (spacing * spacing) + least * least / (spacing * spacing)).powi(-2);
-            let doubt = doubt_far * squared / spacing;
+            let doubt = sample.doubt + doubt_far * squared / spacing;
             Some((weight, doubt, jet, sample, source))
         })
         .collect();
-    jets.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // Straight rays first: there may be many that came round a rough rim.
+    jets.sort_by(|a, b| {
+        let bent = |jet: &Jet| jet.heading.is_bent();
+        bent(&a.2).cmp(&bent(&b.2)).then(b.0.total_cmp(&a.0))
+    });
     let mut groups: Vec<Group> = Vec::new();
     for (weight, doubt, jet, sample, source) in jets {
         let mut group = groups

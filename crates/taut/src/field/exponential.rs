@@ -6,6 +6,7 @@ use crate::field::manifold::ray::{Knot, follow};
 use crate::field::ray::Limits;
 use crate::field::{Fields, Settings};
 use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node};
 use crate::{Matrix, Vector};
 
@@ -63,7 +64,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let limits = Limits {
             graph: self.geodesics.graph(),
             spacing: &self.spacing,
-            bound: &|_| f64::INFINITY,
+            bound: (&Distances::new(self.geodesics.graph()), 0.0),
+            rim: &[],
+            along: false,
             longest: length,
             detail: surface.detail(),
             tolerance: self.tolerance(settings),

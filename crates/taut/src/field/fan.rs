@@ -34,6 +34,12 @@ const NARROWEST: f64 = 1e-9;
 const OUTWARDS: usize = 4;
 /// Rays begin between others where these are so much nearer to each other than they may be.
 const EARLIER: f64 = 0.5;
+/// A ray that a rim ends casts a shadow where the one beside it goes on by so many spacings, ...
+const SHADOW: f64 = 1.0;
+/// ... and that one grazes the rim where it is no farther off than this many.
+const GRAZING: f64 = 0.03;
+/// Rays put between two for that start so many spacings before.
+const BEFORE: f64 = 2.0;
 /// Most jets for each node that a source may reach.
 const MOST_JETS: usize = 16;
 
@@ -46,6 +52,8 @@ pub(crate) struct Sample<const D: usize> {
     pub near: u32,
     /// Estimated error of the distance by that of the surface.
     pub surface_error: f64,
+    /// How much shorter than others it must be to be believed.
+    pub doubt: f64,
 }
 
 /// A ray, with the length from which on it was needed.
@@ -53,6 +61,17 @@ struct Ray<const D: usize, P> {
     angle: f64,
     needed_from: f64,
     knots: Vec<Knot<D, P>>,
+    /// A rim ends it.
+    stopped: bool,
+}
+
+/// Where a ray grazes a rim.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Graze<const D: usize, P> {
+    pub knot: Knot<D, P>,
+    pub distance: f64,
+    /// The ray's at the source.
+    pub angle: f64,
 }
 
 impl<const D: usize, P: Copy> Ray<D, P> {
@@ -84,6 +103,25 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         (j > 0.0).then_some([j, slope])
     }
 
+    /// Where the edge is that a ray beside it, `angle` off, runs into and this one passes, and how far off that ray is
+    /// there.
+    fn passes(&self, other: &Self, angle: f64, spacing: &[f64]) -> Option<(Knot<D, P>, f64)> {
+        let last = other.knots.last().filter(|_| other.stopped)?;
+        let spacing = spacing[last.near as usize];
+        let farther = self.end() - last.length > SHADOW * spacing;
+        let knot = self.at(last.length).filter(|_| farther)?;
+        let apart = knot.jacobi[0].max(last.jacobi[0]) * angle;
+        let (place, near) = (last.place, last.near);
+        Some((
+            Knot {
+                place,
+                near,
+                ..knot
+            },
+            apart / spacing,
+        ))
+    }
+
     /// The first length at which a ray at an angle beside it is too far off, or at a share of that.
     fn parted(&self, angle: f64, share: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
@@ -97,16 +135,18 @@ impl<const D: usize, P: Copy> Ray<D, P> {
     }
 }
 
-/// The jets along all rays of a source, which lies at a node with its frame, near a node of the graph.
+/// The jets along the rays of a source, which lies at a node with its frame, near a node of the graph, all of them or
+/// those between two angles; and where they graze rims.
 ///
 /// Rays are shot between neighbours that part, generation by generation and in parallel.
 pub(crate) fn fan<const D: usize, S: Surface<D>>(
     surface: &S,
     source: (&Node<D, S::Place>, &Frame<D>, u32),
+    angles: Option<[f64; 2]>,
     start: f64,
     reachable: usize,
     limits: &Limits<D, S::Place>,
-) -> Vec<Sample<D>> {
+) -> (Vec<Sample<D>>, Vec<Graze<D, S::Place>>) {
     let (graph, spacing) = (limits.graph, limits.spacing);
     let (node, frame, near) = source;
     let shoot = |angle: f64, needed_from: f64, middle: Option<Knot<D, S::Place>>| {
@@ -118,21 +158,34 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
             near,
             heights: HeightErrors::default(),
         });
+        let (knots, stopped) = ray::shoot(surface, start, limits);
         Ray {
             angle,
             needed_from,
-            knots: ray::shoot(surface, start, limits),
+            knots,
+            stopped,
         }
     };
-    let mut rays: Vec<Ray<D, S::Place>> = (0..FIRST_RAYS)
+    let apart = TAU / FIRST_RAYS as f64;
+    let first: Vec<f64> = match angles {
+        None => (0..FIRST_RAYS).map(|i| apart * i as f64).collect(),
+        Some([from, to]) => {
+            let steps = ((to - from) / apart).ceil().max(1.0);
+            let angle = |i: usize| from + (to - from) * i as f64 / steps;
+            (0..=steps as usize).map(angle).collect()
+        }
+    };
+    let mut rays: Vec<Ray<D, S::Place>> = first
         .into_par_iter()
-        .map(|i| shoot(TAU * i as f64 / FIRST_RAYS as f64, 0.0, None))
+        .map(|angle| shoot(angle, 0.0, None))
         .collect();
+    // In a sector the last ray has none to its left.
+    let pairs = |count: usize| count - usize::from(angles.is_some());
     let mut young = vec![true; rays.len()];
     let mut jets = 0;
     while jets <= MOST_JETS * reachable {
         let count = rays.len();
-        let between: Vec<(usize, f64, f64, f64)> = (0..count)
+        let between: Vec<(usize, f64, f64, f64)> = (0..pairs(count))
             .filter(|i| young[*i] || young[(i + 1) % count])
             .filter_map(|i| {
                 let (left, right) = (&rays[i], &rays[(i + 1) % count]);
@@ -141,7 +194,17 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
                     let lengths = [left, right].map(|ray| ray.parted(angle, share, spacing));
                     lengths.into_iter().flatten().reduce(f64::min)
                 };
-                let from = parted(1.0)?;
+                let from = parted(1.0).or_else(|| {
+                    if !limits.along {
+                        return None;
+                    }
+                    let grazes = [(left, right), (right, left)]
+                        .map(|(a, b)| a.passes(b, angle, spacing))
+                        .into_iter()
+                        .flatten();
+                    let (knot, _) = grazes.filter(|(_, off)| *off > GRAZING).next()?;
+                    Some((knot.length - BEFORE * spacing[knot.near as usize]).max(0.0))
+                })?;
                 let begin = parted(EARLIER).map_or(from, |begin| begin.min(from));
                 let begin = begin.max(left.knots[0].length).max(right.knots[0].length);
                 (angle > NARROWEST).then_some((i, angle, from, begin))
@@ -165,10 +228,26 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
         (rays, young) = merged(rays, between.iter().map(|b| b.0).zip(shot));
     }
     let count = rays.len();
-    (0..count)
+    let samples = (0..count)
         .into_par_iter()
         .flat_map_iter(|i| samples(&rays, i, graph, spacing, start))
-        .collect()
+        .collect();
+    let grazes = (0..pairs(count)).flat_map(|i| {
+        let (left, right) = (&rays[i], &rays[(i + 1) % count]);
+        let angle = (right.angle - left.angle).rem_euclid(TAU);
+        [(left, right), (right, left)]
+            .into_iter()
+            .filter_map(move |(ray, other)| {
+                let (knot, off) = ray.passes(other, angle, spacing)?;
+                (off <= GRAZING).then_some(Graze {
+                    distance: start + knot.length,
+                    knot,
+                    angle: ray.angle,
+                })
+            })
+            .collect::<Vec<_>>()
+    });
+    (samples, grazes.collect())
 }
 
 /// Two neighbouring rays at a length, each with the change of J by the angle, from the rays next to them too.
@@ -214,7 +293,10 @@ fn slope_at(nodes: &[(f64, f64)], index: usize) -> f64 {
 
 /// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
 /// Place, nearest node and height errors are the first knot's.
-fn between<const D: usize, P: Copy>(pair: [&Knot<D, P>; 2], length: f64) -> Option<Knot<D, P>> {
+pub(crate) fn between<const D: usize, P: Copy>(
+    pair: [&Knot<D, P>; 2],
+    length: f64,
+) -> Option<Knot<D, P>> {
     let [a, b] = pair;
     let h = b.length - a.length;
     let s = (length - a.length) / h;
@@ -351,6 +433,7 @@ fn samples<const D: usize, P: Copy>(
                 },
             },
             near,
+            doubt: 0.0,
             surface_error: ray.knots[knot].heights.length_error(),
         });
         length += ALONG * spacing;

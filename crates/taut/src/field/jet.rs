@@ -29,13 +29,26 @@ pub(crate) struct Heading {
     /// In the tangent coordinates of the source's frame.
     pub angle: f64,
     /// Its derivative along the front, to the left of the gradient: 1 / J, negative where left at the source
-    /// is right here, if only by the sign of 0.
+    /// is right here, and 0 where the ray came round a rim.
     pub turn: f64,
     /// Its second derivative along the front.
     pub bow: f64,
 }
 
 impl Heading {
+    /// All rays that come round a point of a rim left the source in the same direction.
+    pub fn same(angle: f64) -> Self {
+        Self {
+            angle,
+            ..Self::default()
+        }
+    }
+
+    /// The ray came round a rim.
+    pub fn is_bent(&self) -> bool {
+        self.turn == 0.0
+    }
+
     /// The angle this far along the front.
     fn at(&self, arc: f64) -> f64 {
         self.angle + arc * (self.turn + 0.5 * arc * self.bow)

@@ -83,7 +83,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             vector: [length * cos, length * sin],
             error: taken.value.error.hypot(length * error),
             source: branch.source,
-            transported: (!branch.carried).then(|| transported(&here, &jet)),
+            transported: (!jet.heading.is_bent()).then(|| transported(&here, &jet)),
         })
     }
 

@@ -1,4 +1,5 @@
-//! Where no ray comes by, in the shadow of holes, distances are carried on along the graph.
+//! Where no ray comes by in the shadow of holes, or only one that goes a long way round, distances are carried on along
+//! the graph.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -17,9 +18,9 @@ const ROUGH: f64 = 0.02;
 
 /// A node with a distance that others may take up, least first.
 #[derive(PartialEq)]
-struct Waiting {
-    distance: f64,
-    node: u32,
+pub(crate) struct Waiting {
+    pub distance: f64,
+    pub node: u32,
 }
 
 impl Eq for Waiting {}
@@ -40,11 +41,13 @@ impl PartialOrd for Waiting {
 }
 
 /// Gives a branch to each node within reach that has none, from its neighbours in the order of distance:
-/// the neighbour's jet where the step goes along its gradient, else the neighbour as a new source.
+/// the neighbour's jet where the step goes along its gradient, else the neighbour as a new source. Where rays bend round
+/// rims some may be missing: then nodes whose ways are longer than that by more than the step itself get one too.
 pub(crate) fn carry_on<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
     frames: &[Option<Frame<D>>],
     bound: &Distances,
+    bent: bool,
     lists: &mut [Vec<Branch>],
 ) {
     let empty = |node: u32, lists: &[Vec<Branch>]| {
@@ -52,7 +55,7 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
         lists[i].is_empty() && frames[i].is_some() && bound.distance(node).is_finite()
     };
     let mut heap: BinaryHeap<Waiting> = (0..lists.len() as u32)
-        .filter(|node| graph.edges(*node).iter().any(|edge| empty(edge.to, lists)))
+        .filter(|node| bent || graph.edges(*node).iter().any(|edge| empty(edge.to, lists)))
         .filter_map(|node| {
             let distance = lists[node as usize].first()?.jet.distance;
             Some(Waiting { distance, node })
@@ -62,6 +65,9 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
     let mut open: Vec<bool> = (0..best.len() as u32)
         .map(|node| empty(node, lists))
         .collect();
+    let is_longer = |held: &Branch, found: &Branch, step: f64| {
+        found.jet.distance + found.error + step < held.jet.distance - held.error
+    };
     while let Some(Waiting { distance, node }) = heap.pop() {
         let i = node as usize;
         let (Some(from), Some(branch)) = (frames[i], lists[i].first().copied()) else {
@@ -73,12 +79,16 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
         open[i] = false;
         for edge in graph.edges(node) {
             let j = edge.to as usize;
-            let Some(to) = frames[j].filter(|_| open[j]) else {
+            let Some(to) = frames[j].filter(|_| open[j] || bent) else {
                 continue;
             };
             let Some(found) = step(&branch, &from, &to) else {
                 continue;
             };
+            let held = lists[j].first().filter(|_| !open[j]);
+            if held.is_some_and(|held| !is_longer(held, &found, f64::from(edge.length))) {
+                continue;
+            }
             if found.jet.distance < best[j] {
                 best[j] = found.jet.distance;
                 lists[j] = vec![found];
@@ -97,12 +107,7 @@ fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Opti
     let length = norm(v);
     let along = v[0] * branch.jet.gradient[0] + v[1] * branch.jet.gradient[1];
     let mut bound = Jet::of_point(from, branch.jet.distance, to)?;
-    // All that comes by a node left the source in the same direction.
-    bound.heading = Heading {
-        angle: branch.jet.heading.angle,
-        turn: 0.0,
-        bow: 0.0,
-    };
+    bound.heading = Heading::same(branch.jet.heading.angle);
     let carried = branch.jet.carried(from, to);
     let upwind = carried.filter(|jet| along >= UPWIND * length && jet.distance <= bound.distance);
     let jet = upwind.unwrap_or(bound);

@@ -27,6 +27,7 @@
 //! # Ok::<(), taut::error::Error>(())
 //! ```
 
+mod bend;
 mod branches;
 mod cost;
 mod evaluate;
@@ -61,6 +62,7 @@ use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Edge;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Node, Surface};
+use bend::{Grazed, Rims};
 use branches::Branch;
 use fan::Sample;
 use frame::{Frame, ON_SURFACE};
@@ -104,6 +106,7 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     net: Option<cost::Net<D>>,
     /// Distance from each node of the graph to its nearest ones, or nearly that around it if that is more.
     spacing: Vec<f64>,
+    rims: Rims<D, S::Place>,
     /// The node nearest to each point of a cloud, once they have been asked for.
     places: OnceLock<Vec<u32>>,
 }
@@ -205,13 +208,19 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 let mean = around.sum::<f64>() / edges.len().max(1) as f64;
                 nearest[node as usize].max(CROWDED * mean)
             })
-            .collect();
+            .collect::<Vec<f64>>();
+        let rims = if frames.is_empty() {
+            Rims::none()
+        } else {
+            Rims::new(geodesics, &spacing)
+        };
         Self {
             geodesics,
             frames,
             any_frames,
             net: None,
             spacing,
+            rims,
             places: OnceLock::new(),
         }
     }
@@ -269,22 +278,49 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 Some(nearest.0)
             })
             .collect();
+        let limits = |start: f64, along: bool| Limits {
+            graph,
+            spacing: &self.spacing,
+            bound: (&bound, start),
+            longest: settings.max_distance - start,
+            detail: surface.detail(),
+            tolerance: self.tolerance(settings),
+            past_conjugate: false,
+            rim: &self.rims.nodes,
+            along,
+        };
         let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
+        let mut grazed = Vec::new();
         for (i, source) in sources.iter().enumerate() {
             let Some(near) = near[i] else { continue };
-            let upper = |node: u32| f64::from(bound.distance(node)) - source.start;
-            let limits = Limits {
-                graph,
-                spacing: &self.spacing,
-                bound: &upper,
-                longest: settings.max_distance - source.start,
-                detail: surface.detail(),
-                tolerance: self.tolerance(settings),
-                past_conjugate: false,
-            };
             let at = (&source.node, &source_frames[i], near);
-            let fan = fan::fan(surface, at, source.start, reachable, &limits);
-            samples.extend(fan.into_iter().map(|sample| (sample, i as u32)));
+            let fan = |along: bool| {
+                let limits = limits(source.start, along);
+                fan::fan(surface, at, None, source.start, reachable, &limits)
+            };
+            let (found, _) = fan(false);
+            // Rays that jump the dents of a rough edge reach more, those that do not find where it is grazed.
+            let grazes = if self.rims.nodes.is_empty() {
+                Vec::new()
+            } else {
+                fan(true).1
+            };
+            let source = i as u32;
+            samples.extend(found.into_iter().map(|sample| (sample, source)));
+            grazed.extend(grazes.into_iter().map(|graze| Grazed {
+                graze,
+                doubt: 0.0,
+                source,
+            }));
+        }
+        let bends = !grazed.is_empty();
+        if bends {
+            let lit = by_node(samples.iter().map(|s| s.0.near), graph.nodes.len());
+            let lit = |frame: &Frame<D>, near: u32| self.by_samples(frame, near, &samples, &lit);
+            let bent = self
+                .rims
+                .bent(surface, grazed, lit, reachable, |start| limits(start, true));
+            samples.extend(bent);
         }
         let source_starts: Vec<f64> = sources.iter().map(|source| source.start).collect();
         let near_node = near.iter().map(|near| near.unwrap_or(u32::MAX));
@@ -329,7 +365,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 found
             })
             .collect();
-        march::carry_on(graph, &self.frames, &bound, &mut lists);
+        march::carry_on(graph, &self.frames, &bound, bends, &mut lists);
         let tolerance = self.tolerance(settings);
         let errors: Vec<f64> = (0..lists.len() as u32)
             .into_par_iter()
@@ -369,6 +405,26 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             }
         };
         sources.iter().map(origin).collect()
+    }
+
+    /// How far rays say that a place near a node is.
+    fn by_samples(
+        &self,
+        frame: &Frame<D>,
+        near: u32,
+        samples: &[(Sample<D>, u32)],
+        by_node: &Lists,
+    ) -> f64 {
+        let reach = branches::REACH * self.spacing[near as usize];
+        let edges = self.geodesics.graph().edges(near).iter();
+        let around = std::iter::once(near).chain(edges.map(|edge| edge.to));
+        let close = around.flat_map(|n| by_node.of(n)).filter_map(|i| {
+            let sample = &samples[*i as usize].0;
+            let close = (sample.frame.point - frame.point).norm() <= reach;
+            let carried = sample.jet.carried(&sample.frame, frame);
+            carried.filter(|_| close).map(|jet| jet.distance)
+        });
+        close.fold(f64::INFINITY, f64::min)
     }
 
     fn tolerance(&self, settings: &Settings) -> f64 {
@@ -471,6 +527,7 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
             any_frames: Vec::new(),
             net: Some(cost::Net::new(geodesics.surface(), cost)?),
             spacing: Vec::new(),
+            rims: Rims::none(),
             places: OnceLock::new(),
         })
     }

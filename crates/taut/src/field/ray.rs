@@ -6,8 +6,10 @@
 
 use crate::Vector;
 use crate::correction::length::HeightErrors;
+use crate::field::fan::between;
 use crate::field::frame::Frame;
 use crate::field::jet::norm;
+use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 use crate::surface::{Geometry, Surface};
 
@@ -33,8 +35,8 @@ pub(crate) struct Limits<'a, const D: usize, P> {
     pub graph: &'a Graph<D, P>,
     /// Of the graph's nodes.
     pub spacing: &'a [f64],
-    /// Upper bounds of the distance of the graph's nodes, less the source's own start.
-    pub bound: &'a (dyn Fn(u32) -> f64 + Sync),
+    /// Upper bounds of the distance of the graph's nodes, and the source's own start in them.
+    pub bound: (&'a Distances, f64),
     pub longest: f64,
     /// Wavelength of the surface's finest detail, 0 where steps need not follow any.
     pub detail: f64,
@@ -42,6 +44,10 @@ pub(crate) struct Limits<'a, const D: usize, P> {
     pub tolerance: f64,
     /// Rays go on where rays beside meet them.
     pub past_conjugate: bool,
+    /// The nodes of the graph near a rim; empty where there is none.
+    pub rim: &'a [bool],
+    /// Rays do not jump the dents of a rough edge.
+    pub along: bool,
 }
 
 /// Steps of rays are at most this many spacings of the graph's nodes long.
@@ -50,11 +56,15 @@ const LONGEST_STEP: f64 = 8.0;
 const PAST: f64 = 2.0;
 
 impl<const D: usize, P: Copy> Limits<'_, D, P> {
+    pub fn bound(&self, node: u32) -> f64 {
+        f64::from(self.bound.0.distance(node)) - self.bound.1
+    }
+
     /// The ray is of no interest any more.
     pub(crate) fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
         let slack = PAST * self.spacing[near as usize];
         let off = (point - self.graph.nodes[near as usize].point).norm();
-        length > self.longest + slack || length > (self.bound)(near) + off + slack
+        length > self.longest + slack || length > self.bound(near) + off + slack
     }
 
     /// Estimated error of a step that is allowed near a node, where the surface has an error of its own.
@@ -128,6 +138,12 @@ pub(crate) const FARTHEST_OFF: f64 = 0.03;
 pub(crate) const LONGER: f64 = 1.001;
 /// Jumps between charts, in errors of the surface's height.
 pub(crate) const JUMP: f64 = 10.0;
+/// Steps are looked at for rims so many spacings of the graph's nodes apart, and where they leave the surface so many
+/// times halved.
+const LOOKED_AT: f64 = 0.3;
+const HALVINGS: usize = 5;
+/// Where it jumps dents, they are at most so many times deeper than a ray may end beyond a rim.
+const DENT: f64 = 2.0;
 /// A ray ends this share of the longest step beyond a rim.
 pub(crate) const OVER_RIM: f64 = 0.03;
 
@@ -251,13 +267,68 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     })
 }
 
+/// The last place of a step on the surface where the step leaves it; `None` where it does not.
+fn rim_on<const D: usize, S: Surface<D>>(
+    surface: &S,
+    step: [&Knot<D, S::Place>; 2],
+    limits: &Limits<D, S::Place>,
+    geometry: &mut Geometry<D>,
+) -> Option<Knot<D, S::Place>> {
+    let [from, to] = step;
+    let length = to.length - from.length;
+    let mut depth = |knot: &mut Knot<D, S::Place>| {
+        let point = &knot.frame.point;
+        knot.near = nearest(limits.graph, point, knot.near);
+        if !limits.rim[knot.near as usize] {
+            return 0.0;
+        }
+        if !surface.find_place(point, &mut knot.place, geometry) {
+            return f64::INFINITY;
+        }
+        let depth = surface.beyond_rim(point, knot.place);
+        depth.map_or(0.0, |d| d.0 / (OVER_RIM * limits.longest_step(knot.near)))
+    };
+    let every = LOOKED_AT * limits.spacing[from.near as usize];
+    let count = (length / every).ceil().max(1.0);
+    let mut inside = *from;
+    // What begins at a rim may come out of it.
+    let least = if limits.along { 1.0 } else { DENT };
+    let mut most = depth(&mut inside).max(least);
+    for i in 1..=count as usize {
+        let known = |knot: Knot<D, S::Place>| Knot {
+            place: inside.place,
+            near: inside.near,
+            ..knot
+        };
+        let mut there = known(between(step, from.length + length * i as f64 / count)?);
+        let found = depth(&mut there);
+        if found <= most {
+            inside = there;
+            most = found.max(least);
+            continue;
+        }
+        let mut high = there.length;
+        for _ in 0..HALVINGS {
+            let mut middle = between(step, 0.5 * (inside.length + high))?;
+            (middle.place, middle.near) = (inside.place, inside.near);
+            if depth(&mut middle) > most {
+                high = middle.length;
+            } else {
+                inside = middle;
+            }
+        }
+        return Some(inside);
+    }
+    None
+}
+
 /// The geodesic from a knot on, which ends beyond the limits, where rays beside it meet it, or where the
-/// surface ends.
+/// surface ends; whether the last.
 pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     surface: &S,
     start: Knot<D, S::Place>,
     limits: &Limits<D, S::Place>,
-) -> Vec<Knot<D, S::Place>> {
+) -> (Vec<Knot<D, S::Place>>, bool) {
     let mut geometry = Geometry::new(D - 2);
     let mut knot = start;
     let mut knots = vec![knot];
@@ -270,7 +341,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         else {
             step *= 0.5;
             if step < SHORTEST * longest {
-                break;
+                return (knots, !limits.rim.is_empty());
             }
             continue;
         };
@@ -282,13 +353,21 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             continue;
         }
         let point = &next.frame.point;
-        let rim = surface.beyond_rim(point, next.place);
-        if rim.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
+        let over = surface.beyond_rim(point, next.place);
+        if !limits.along && over.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
             step *= 0.5;
             if step < OVER_RIM * longest {
-                break;
+                return (knots, true);
             }
             continue;
+        }
+        if !limits.rim.is_empty()
+            && let Some(last) = rim_on(surface, [&knot, &next], limits, &mut geometry)
+        {
+            if last.length > knot.length {
+                knots.push(last);
+            }
+            return (knots, true);
         }
         knot = next;
         knot.near = nearest(limits.graph, point, knot.near);
@@ -298,7 +377,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         }
         step *= change.min(3.0);
     }
-    knots
+    (knots, false)
 }
 
 /// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.

@@ -443,6 +443,10 @@ impl<const D: usize> Surface<D> for MovingLeastSquares<D> {
         self.atlas.beyond_rim(x, place)
     }
 
+    fn rim(&self) -> Vec<(Node<D, ChartIndex>, Vector<D>, f64)> {
+        self.atlas.rim()
+    }
+
     fn resolution(&self, place: ChartIndex) -> f64 {
         self.atlas.resolution(place)
     }

@@ -79,6 +79,12 @@ pub trait Surface<const D: usize>: Sync {
         None
     }
 
+    /// The points at the surface's rims, each with the unit direction outwards and the spacing of the points there;
+    /// none on a surface without.
+    fn rim(&self) -> Vec<(Node<D, Self::Place>, Vector<D>, f64)> {
+        Vec::new()
+    }
+
     /// The wavelength of the surface's finest detail where that is known beforehand: a path needs an
     /// element for each. 0 for equations and clean clouds, whose paths are smooth.
     fn detail(&self) -> f64 {

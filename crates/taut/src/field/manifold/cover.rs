@@ -249,7 +249,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
             })
         };
         for (node, _) in possible() {
-            rank[node as usize] = (self.limits.bound)(node);
+            rank[node as usize] = self.limits.bound(node);
         }
         let first = |node: u32| {
             let reach = BESIDE * self.limits.spacing[node as usize];

@@ -80,7 +80,9 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
         let limits = Limits {
             graph,
             spacing: &fields.spacing,
-            bound: &|node: u32| f64::from(bound.distance(node)) - source.start,
+            bound: (&bound, source.start),
+            rim: &[],
+            along: false,
             longest: settings.max_distance - source.start,
             detail: surface.detail(),
             tolerance,

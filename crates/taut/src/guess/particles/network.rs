@@ -176,6 +176,10 @@ impl<const D: usize, S: Surface<D>> Surface<D> for Network<D, S> {
         self.surface.beyond_rim(x, place)
     }
 
+    fn rim(&self) -> Vec<(Node<D, S::Place>, Vector<D>, f64)> {
+        self.surface.rim()
+    }
+
     fn detail(&self) -> f64 {
         self.surface.detail()
     }

@@ -476,6 +476,17 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         deepest
     }
 
+    fn rim(&self) -> Vec<(Node<D, ChartIndex>, Vector<D>, f64)> {
+        let of_chart = |place: ChartIndex| {
+            self.rim.of(place).iter().map(move |disc| {
+                let point = disc.touched();
+                let spacing = disc.radius / rim::DISC_SPACINGS;
+                (Node { point, place }, disc.outward, spacing)
+            })
+        };
+        (0..self.charts.len() as u32).flat_map(of_chart).collect()
+    }
+
     fn detail(&self) -> f64 {
         self.detail
     }

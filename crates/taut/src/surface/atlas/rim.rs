@@ -17,6 +17,8 @@ pub(crate) const DISC_SPACINGS: f64 = 2.5;
 /// Fewer discs than this that reach one another are a thin spot in the sampling: a hole wide enough for
 /// a disc has a rim of six of its radii.
 const FEWEST: usize = 6;
+/// A rim goes on to discs whose centres are so many radii away: an empty disc may touch points twice its radius apart.
+const FARTHEST: f64 = 2.0;
 /// Cells of points along the longest chord that is looked at, ...
 const CELLS_A_CHORD: f64 = 3.0;
 /// ... and at most this many along a chart.
@@ -37,7 +39,7 @@ pub(crate) struct Disc<const D: usize> {
 
 impl<const D: usize> Disc<D> {
     /// The point of the cloud at the rim.
-    fn touched(&self) -> Vector<D> {
+    pub fn touched(&self) -> Vector<D> {
         self.centre - self.outward * self.radius
     }
 
@@ -95,12 +97,12 @@ impl<const D: usize> Rim<D> {
                 discs.collect()
             })
             .collect();
-        let whole = chains(&lists, neighbours);
+        let kept = chains(&lists, neighbours);
         let mut kept: Vec<Vec<Disc<D>>> = lists
             .iter()
-            .zip(whole)
-            .map(|(list, whole)| {
-                let kept = list.iter().zip(whole).filter(|(_, size)| *size >= FEWEST);
+            .zip(kept)
+            .map(|(list, kept)| {
+                let kept = list.iter().zip(kept).filter(|(_, kept)| *kept);
                 kept.map(|(disc, _)| *disc).collect()
             })
             .collect();
@@ -149,37 +151,47 @@ impl<const D: usize> Rim<D> {
     }
 }
 
-/// For each disc the number of those that reach one another from it, each centre within the radius of
-/// the next, itself included.
-fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec<usize>> {
-    let mut sizes: Vec<Vec<usize>> = lists.iter().map(|list| vec![0; list.len()]).collect();
-    for first in 0..lists.len() {
-        for i in 0..lists[first].len() {
-            if sizes[first][i] > 0 {
-                continue;
-            }
-            let mut chain = vec![(first, i)];
-            sizes[first][i] = 1;
-            let mut next = 0;
-            while let Some((chart, i)) = chain.get(next).copied() {
-                next += 1;
-                let disc = &lists[chart][i];
-                for other in neighbours.of(chart as u32).iter().map(|c| *c as usize) {
-                    for (j, there) in lists[other].iter().enumerate() {
-                        let gap = (there.centre - disc.centre).norm();
-                        if sizes[other][j] == 0 && gap <= disc.radius {
-                            sizes[other][j] = 1;
-                            chain.push((other, j));
-                        }
+/// Which discs make a rim: those of chains of at least [`FEWEST`], each centre within the radius of the next, and
+/// those that such a chain goes on to where points at the rim are far apart.
+fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec<bool>> {
+    let none = || lists.iter().map(|list| vec![false; list.len()]).collect();
+    // Adds to a chain, from its discs on, what they reach and no chain has taken.
+    let extend = |chain: &mut Vec<(usize, usize)>, taken: &mut Vec<Vec<bool>>, radii: f64| {
+        let mut next = 0;
+        while let Some((chart, i)) = chain.get(next).copied() {
+            next += 1;
+            let disc = &lists[chart][i];
+            for other in neighbours.of(chart as u32).iter().map(|c| *c as usize) {
+                for (j, there) in lists[other].iter().enumerate() {
+                    let gap = (there.centre - disc.centre).norm();
+                    if !taken[other][j] && gap <= radii * disc.radius {
+                        taken[other][j] = true;
+                        chain.push((other, j));
                     }
                 }
             }
-            for (chart, i) in &chain {
-                sizes[*chart][*i] = chain.len();
+        }
+    };
+    let (mut taken, mut kept): (Vec<Vec<bool>>, Vec<Vec<bool>>) = (none(), none());
+    let mut rims = Vec::new();
+    for first in 0..lists.len() {
+        for i in 0..lists[first].len() {
+            if taken[first][i] {
+                continue;
+            }
+            taken[first][i] = true;
+            let mut chain = vec![(first, i)];
+            extend(&mut chain, &mut taken, 1.0);
+            if chain.len() >= FEWEST {
+                for (chart, i) in &chain {
+                    kept[*chart][*i] = true;
+                }
+                rims.extend(chain);
             }
         }
     }
-    sizes
+    extend(&mut rims, &mut kept, FARTHEST);
+    kept
 }
 
 /// Gives each disc its share of the rim: half the way to the next points on it, on either side.

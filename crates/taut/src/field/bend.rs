@@ -1,0 +1,418 @@
+//! Ways that bend round the edge of a surface, into the shadow of holes and notches.
+//!
+//! A ray that grazes an edge goes on along it from one point of the edge to the next, and at each of them rays
+//! leave that turn no farther than the way itself does: the taut string round an obstacle, whose distances are
+//! those of its corners (geometrical theory of diffraction: J. B. Keller, Journal of the Optical Society of
+//! America 52, 1962).
+
+use std::collections::BinaryHeap;
+
+use rayon::prelude::*;
+
+use crate::Vector;
+use crate::field::fan::{self, Graze, Sample};
+use crate::field::frame::{Frame, ON_SURFACE};
+use crate::field::jet::{Heading, norm};
+use crate::field::march::Waiting;
+use crate::field::ray::{self, Limits};
+use crate::geodesics::Geodesics;
+use crate::guess::Guide;
+use crate::guess::graph::Graph;
+use crate::surface::atlas::Lists;
+use crate::surface::{Geometry, Node};
+
+/// Points at the edge of a random sample lie this many spacings short of it on average where a string rests on
+/// them (measured on round holes of 10 to 60 spacings: 0.45 to 0.75).
+const SHORT: f64 = 0.65;
+/// Steps along the edge are at most this many spacings of the graph's nodes long, ...
+const REACH: f64 = 3.0;
+/// ... and may lie beyond the rim by so many spacings of points more than their ends, and than the discs of this radius
+/// that make the rim sink between two points so far apart.
+const SLACK: f64 = 0.1;
+const DISC: f64 = 2.5;
+const WIDEST: f64 = 4.0;
+/// Where on a step that is looked at.
+const ALONG: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
+/// A way along the edge is of use where it is not longer than rays nearby say by more than so many spacings of the
+/// graph's nodes: these may look a little way into the shadow.
+const LIT: f64 = 1.0;
+/// Improvements below this share of the nodes' spacing are left.
+const LEAST: f64 = 0.01;
+/// The edge is known to so many spacings of the graph's nodes, for each radian that a way turns round it.
+const DOUBT: f64 = 0.6;
+/// Where rays come straight, those that bend round dents of a rough edge must be shorter by so many spacings more.
+const BENT: f64 = 0.5;
+/// Rays turn away from the edge by so many radians too, as what lies ahead of a rough edge may end all others.
+const CLEAR: f64 = 0.3;
+/// Edges one behind the other that a way may bend round.
+const MOST_ROUNDS: usize = 64;
+
+/// A place at the edge.
+struct Corner<const D: usize, P> {
+    node: Node<D, P>,
+    frame: Frame<D>,
+    /// The nearest node of the graph.
+    near: u32,
+    /// Of the points there.
+    spacing: f64,
+}
+
+/// The edge of a surface as a graph of the points at it.
+pub(crate) struct Rims<const D: usize, P> {
+    corners: Vec<Corner<D, P>>,
+    by_node: Lists,
+    /// Those that each one's straight steps lead to.
+    beside: Lists,
+    /// The nodes of the graph near the edge; empty where there is none.
+    pub nodes: Vec<bool>,
+}
+
+/// How a corner, or a place where a ray grazes the edge, is reached.
+#[derive(Clone, Copy)]
+struct Reached<const D: usize> {
+    distance: f64,
+    /// Unit direction in which the way arrives.
+    direction: Vector<D>,
+    doubt: f64,
+    /// In which its ray left the source.
+    angle: f64,
+    source: u32,
+    from: Start,
+}
+
+/// What a way along the edge comes from.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Start {
+    Graze(u32),
+    Corner(u32),
+}
+
+/// A place that ways along the edge start from.
+struct Bend<'a, const D: usize, P> {
+    node: Node<D, P>,
+    frame: &'a Frame<D>,
+    near: u32,
+    reached: Reached<D>,
+}
+
+/// A graze with the doubt of the way to it and its source.
+pub(crate) struct Grazed<const D: usize, P> {
+    pub graze: Graze<D, P>,
+    pub doubt: f64,
+    pub source: u32,
+}
+
+impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
+    pub fn none() -> Self {
+        Self {
+            corners: Vec::new(),
+            by_node: Lists::default(),
+            beside: Lists::default(),
+            nodes: Vec::new(),
+        }
+    }
+
+    /// O(m) in the points at the edge.
+    pub fn new<S: Guide<D, Place = P>>(geodesics: &Geodesics<D, S>, spacing: &[f64]) -> Self {
+        let (surface, graph) = (geodesics.surface(), geodesics.graph());
+        let corner = |geometry: &mut Geometry<D>,
+                      (node, outward, spacing): (Node<D, P>, _, f64)| {
+            let mut place = node.place;
+            let x: Vector<D> = node.point + outward * (SHORT * spacing);
+            let point = surface.foot(&x, &mut place, geometry)?;
+            let frame = super::frame(surface, &Node { point, place }, geometry)?;
+            let entrances = geodesics.entrances(&node);
+            let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some(Corner {
+                near: ray::nearest(graph, &node.point, nearest.0),
+                node: Node { point, place },
+                frame,
+                spacing,
+            })
+        };
+        let found = surface
+            .rim()
+            .into_par_iter()
+            .map_init(|| Geometry::new(D - surface.intrinsic_dimension()), corner);
+        let corners: Vec<Corner<D, P>> = found.collect::<Vec<_>>().into_iter().flatten().collect();
+        if corners.is_empty() {
+            return Self::none();
+        }
+        let by_node = super::by_node(corners.iter().map(|c| c.near), graph.nodes.len());
+        let nodes = (0..graph.nodes.len() as u32)
+            .map(|node| around(graph, node).any(|n| !by_node.of(n).is_empty()))
+            .collect();
+        let mut rims = Self {
+            corners,
+            by_node,
+            beside: Lists::default(),
+            nodes,
+        };
+        let beside: Vec<Vec<u32>> = (0..rims.corners.len())
+            .into_par_iter()
+            .map(|i| {
+                let corner = &rims.corners[i];
+                let reach = REACH * spacing[corner.near as usize];
+                let from = (&corner.node, &corner.frame, corner.near);
+                let others = rims.steps(surface, graph, from, reach);
+                others.into_iter().filter(|j| *j as usize != i).collect()
+            })
+            .collect();
+        rims.beside = Lists::new(beside.iter().map(|list| list.iter().copied()));
+        rims
+    }
+
+    /// The corners that straight steps along the surface lead to.
+    fn steps<S: Guide<D, Place = P>>(
+        &self,
+        surface: &S,
+        graph: &Graph<D, P>,
+        (node, frame, near): (&Node<D, P>, &Frame<D>, u32),
+        reach: f64,
+    ) -> Vec<u32> {
+        let passes = |to: &Corner<D, P>| {
+            let spacing = to.spacing;
+            // Between two points that it touches a disc sinks deeper.
+            let half = 0.5 * ((to.node.point - node.point).norm() / spacing).min(WIDEST);
+            let sunk = DISC - (DISC * DISC - half * half).sqrt();
+            let deepest = (SHORT + SLACK + sunk) * spacing;
+            ALONG.iter().all(|t| {
+                let x = node.point + (to.node.point - node.point) * *t;
+                let depth = |place| surface.beyond_rim(&x, place).map_or(0.0, |d| d.0);
+                depth(node.place).max(depth(to.node.place)) <= deepest
+            })
+        };
+        // The straight way between nodes may cross a rim where that between corners does not.
+        let mut nodes: Vec<u32> = around(graph, near).flat_map(|n| around(graph, n)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let near = nodes.iter().flat_map(|n| self.by_node.of(*n));
+        let reached = near.filter(|i| {
+            let to = &self.corners[**i as usize];
+            norm(frame.log(&to.node.point, ON_SURFACE)) <= reach && passes(to)
+        });
+        reached.copied().collect()
+    }
+
+    /// The jets of the rays that bend round the edge where others graze it. `lit` says how far rays say that a place
+    /// near a node is, `limits` where rays that start at a distance end.
+    pub fn bent<'a, S: Guide<D, Place = P>>(
+        &self,
+        surface: &S,
+        mut grazed: Vec<Grazed<D, P>>,
+        lit: impl Fn(&Frame<D>, u32) -> f64,
+        reachable: usize,
+        limits: impl Fn(f64) -> Limits<'a, D, P> + Sync,
+    ) -> Vec<(Sample<D>, u32)>
+    where
+        P: 'a,
+    {
+        let mut samples = Vec::new();
+        let mut reached: Vec<Option<Reached<D>>> = vec![None; self.corners.len()];
+        let mut open: Vec<Option<f64>> = vec![None; self.corners.len()];
+        for _ in 0..MOST_ROUNDS {
+            if grazed.is_empty() {
+                break;
+            }
+            let mut lit = |i: usize| {
+                let corner = &self.corners[i];
+                *open[i].get_or_insert_with(|| lit(&corner.frame, corner.near))
+            };
+            let places = limits(0.0);
+            let turns = self.along(surface, &grazed, &mut reached, &mut lit, &places);
+            let fans: Vec<(Vec<Sample<D>>, Vec<Grazed<D, P>>, u32)> = turns
+                .into_par_iter()
+                .map(|(start, sector)| {
+                    let bend = self.bend(start, &grazed, &reached);
+                    let at = bend.reached;
+                    let [x, y] = bend.frame.coordinates(&at.direction);
+                    let ahead = y.atan2(x);
+                    let doubt = at.doubt
+                        + DOUBT
+                            * places.spacing[bend.near as usize]
+                            * (sector[1] - sector[0] - CLEAR);
+                    let angles = Some(sector.map(|turn| ahead + turn));
+                    let place = (&bend.node, bend.frame, bend.near);
+                    let (mut samples, grazes) = fan::fan(
+                        surface,
+                        place,
+                        angles,
+                        at.distance,
+                        reachable,
+                        &limits(at.distance),
+                    );
+                    for sample in &mut samples {
+                        sample.surface_error += doubt;
+                        sample.doubt = doubt + BENT * places.spacing[sample.near as usize];
+                        sample.jet.heading = Heading::same(at.angle);
+                    }
+                    let grazes = grazes.into_iter().map(|graze| Grazed {
+                        graze: Graze {
+                            angle: at.angle,
+                            ..graze
+                        },
+                        doubt,
+                        source: at.source,
+                    });
+                    (samples, grazes.collect(), at.source)
+                })
+                .collect();
+            grazed = Vec::new();
+            for (found, grazes, source) in fans {
+                samples.extend(found.into_iter().map(|sample| (sample, source)));
+                grazed.extend(grazes);
+            }
+        }
+        samples
+    }
+
+    fn bend<'a>(
+        &'a self,
+        start: Start,
+        grazed: &'a [Grazed<D, P>],
+        reached: &[Option<Reached<D>>],
+    ) -> Bend<'a, D, P> {
+        match start {
+            Start::Graze(i) => {
+                let Grazed {
+                    graze,
+                    doubt,
+                    source,
+                } = &grazed[i as usize];
+                let knot = &graze.knot;
+                Bend {
+                    node: Node {
+                        point: knot.frame.point,
+                        place: knot.place,
+                    },
+                    frame: &knot.frame,
+                    near: knot.near,
+                    reached: Reached {
+                        distance: graze.distance,
+                        direction: knot.frame.tangents[0],
+                        doubt: *doubt,
+                        angle: graze.angle,
+                        source: *source,
+                        from: start,
+                    },
+                }
+            }
+            Start::Corner(i) => {
+                let corner = &self.corners[i as usize];
+                let direction = corner.frame.tangents[0];
+                let never = Reached {
+                    distance: f64::INFINITY,
+                    direction,
+                    doubt: 0.0,
+                    angle: 0.0,
+                    source: u32::MAX,
+                    from: start,
+                };
+                Bend {
+                    node: corner.node,
+                    frame: &corner.frame,
+                    near: corner.near,
+                    reached: reached[i as usize].unwrap_or(never),
+                }
+            }
+        }
+    }
+
+    /// The ways along the edge from where rays graze it, in the order of distance, and between which angles to the
+    /// direction of arrival those turn that lead on from each place.
+    fn along<S: Guide<D, Place = P>>(
+        &self,
+        surface: &S,
+        grazed: &[Grazed<D, P>],
+        reached: &mut [Option<Reached<D>>],
+        lit: &mut impl FnMut(usize) -> f64,
+        limits: &Limits<D, P>,
+    ) -> Vec<(Start, [f64; 2])> {
+        let mut heap = BinaryHeap::new();
+        let mut touched: Vec<u32> = Vec::new();
+        let mut offer = |start: Start,
+                         to: u32,
+                         reached: &mut [Option<Reached<D>>],
+                         heap: &mut BinaryHeap<Waiting>| {
+            let i = to as usize;
+            let corner = &self.corners[i];
+            let spacing = limits.spacing[corner.near as usize];
+            let bend = self.bend(start, grazed, reached);
+            let v = bend.frame.log(&corner.node.point, ON_SURFACE);
+            let distance = bend.reached.distance + norm(v);
+            let known = reached[i].map_or(f64::INFINITY, |r| r.distance);
+            let most = limits.longest.min(lit(i) + LIT * spacing);
+            if distance > (known - LEAST * spacing).min(most) {
+                return;
+            }
+            let back = corner.frame.log(&bend.node.point, ON_SURFACE);
+            let Some(direction) = corner.frame.vector(back).try_normalize(0.0) else {
+                return;
+            };
+            let turn = turn(&bend, v).abs();
+            let new = Reached {
+                distance,
+                direction: -direction,
+                doubt: bend.reached.doubt + DOUBT * spacing * turn,
+                angle: bend.reached.angle,
+                source: bend.reached.source,
+                from: start,
+            };
+            reached[i] = Some(new);
+            touched.push(to);
+            heap.push(Waiting { distance, node: to });
+        };
+        for (i, found) in (0..).zip(grazed) {
+            let knot = &found.graze.knot;
+            let node = Node {
+                point: knot.frame.point,
+                place: knot.place,
+            };
+            let reach = REACH * limits.spacing[knot.near as usize];
+            let from = (&node, &knot.frame, knot.near);
+            for to in self.steps(surface, limits.graph, from, reach) {
+                offer(Start::Graze(i), to, reached, &mut heap);
+            }
+        }
+        while let Some(Waiting { distance, node }) = heap.pop() {
+            if reached[node as usize].is_some_and(|r| r.distance < distance) {
+                continue;
+            }
+            for to in self.beside.of(node) {
+                offer(Start::Corner(node), *to, reached, &mut heap);
+            }
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        let mut turns: Vec<(Start, f64)> = touched
+            .iter()
+            .filter_map(|i| {
+                let start = reached[*i as usize]?.from;
+                let bend = self.bend(start, grazed, reached);
+                let v = bend
+                    .frame
+                    .log(&self.corners[*i as usize].node.point, ON_SURFACE);
+                Some((start, turn(&bend, v)))
+            })
+            .collect();
+        turns.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let groups = turns.chunk_by(|a, b| a.0 == b.0);
+        let sector = |group: &[(Start, f64)]| {
+            let (first, last) = (group[0], group[group.len() - 1]);
+            let lower = if first.1 < 0.0 { first.1 } else { -CLEAR };
+            (first.0, [lower, if last.1 > 0.0 { last.1 } else { CLEAR }])
+        };
+        groups.map(sector).collect()
+    }
+}
+
+/// The angle from the direction in which a place is reached to a step from there.
+fn turn<const D: usize, P>(bend: &Bend<D, P>, step: [f64; 2]) -> f64 {
+    let [a, b] = bend.frame.coordinates(&bend.reached.direction);
+    (a * step[1] - b * step[0]).atan2(a * step[0] + b * step[1])
+}
+
+/// A node of the graph and those that its edges lead to.
+fn around<const D: usize, P: Copy>(graph: &Graph<D, P>, node: u32) -> impl Iterator<Item = u32> {
+    std::iter::once(node).chain(graph.edges(node).iter().map(|edge| edge.to))
+}
