@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
-use taut::field::{self, Cost, Field, Fields, Source};
+use taut::field::{self, Cost, Field, Fields, Logarithm, Source, Value};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut::surface::mls::MovingLeastSquares;
@@ -213,6 +213,27 @@ impl<const D: usize> Locate<D> for Atlas<D> {
         }
     }
 
+    fn at_rows(
+        &self,
+        fields: &Fields<'_, D, Self>,
+        field: &Field<D>,
+    ) -> Option<Vec<Option<Value<D>>>> {
+        self.has_points()
+            .then(|| of_rows(self.cloud(), &fields.at_points(field)))
+    }
+
+    fn logarithms_of_rows(
+        &self,
+        fields: &Fields<'_, D, Self>,
+        field: &Field<D>,
+    ) -> Result<Option<Vec<Option<Option<Logarithm<D>>>>>, Error> {
+        if !self.has_points() {
+            return Ok(None);
+        }
+        let found = fields.logarithms(field)?;
+        Ok(Some(of_rows(self.cloud(), &found)))
+    }
+
     fn nearest(
         fields: &Fields<'_, D, Self>,
         sources: &[Source<D, Self::Place>],
@@ -243,6 +264,13 @@ impl<const D: usize> Locate<D> for MovingLeastSquares<D> {
     fn samples(&self) -> Samples<D> {
         Samples::of_cloud(self.atlas().cloud())
     }
+}
+
+/// What is known of the points of a cloud, for each row that was read.
+fn of_rows<const D: usize, T: Copy>(cloud: &Cloud<D>, values: &[T]) -> Vec<Option<T>> {
+    let rows = cloud.point_of_row.iter();
+    rows.map(|point| point.map(|point| values[point as usize]))
+        .collect()
 }
 
 /// How far an end was moved onto the surface of a cloud.

@@ -72,6 +72,9 @@ pub enum Failure {
         surface: String,
         error: taut::error::Error,
     },
+    /// A surface on which what was asked for is not known.
+    #[error("{surface}: {reason}")]
+    Unfit { surface: String, reason: String },
     /// A start or end point that cannot be used.
     #[error("{end}: {reason}")]
     End { end: String, reason: String },
@@ -96,9 +99,11 @@ impl Failure {
         match self {
             Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => Exit::Success,
             Self::Usage(_) => Exit::Usage,
-            Self::Read(_) | Self::Formula(_) | Self::Surface { .. } | Self::End { .. } => {
-                Exit::BadInput
-            }
+            Self::Read(_)
+            | Self::Formula(_)
+            | Self::Surface { .. }
+            | Self::Unfit { .. }
+            | Self::End { .. } => Exit::BadInput,
             Self::Write(taut_io::WriteError::Io { .. }) => Exit::Unexpected,
             Self::Write(_) => Exit::Usage,
             Self::Draw { .. } | Self::Output(_) | Self::Threads { .. } => Exit::Unexpected,

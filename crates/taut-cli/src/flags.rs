@@ -1,5 +1,7 @@
 //! The command line as it is typed.
 
+mod directions;
+
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -13,6 +15,7 @@ use crate::exit::Exit;
 use crate::settings::{
     Bounds, Correction, End, Reconstruction, coordinate, positive, slope, tolerance,
 };
+pub use directions::{ExpFlags, LogFlags};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -110,6 +113,14 @@ pub enum Command {
     #[command(after_help = FIELD_EXAMPLES)]
     #[command(after_long_help = format!("{FIELD_EXAMPLES}\n\n{}", Exit::help()))]
     Field(FieldFlags),
+    /// Find the tangent vectors at a source whose geodesics lead to every point of a surface
+    #[command(after_help = directions::LOG_EXAMPLES)]
+    #[command(after_long_help = format!("{}\n\n{}", directions::LOG_EXAMPLES, Exit::help()))]
+    Log(LogFlags),
+    /// Follow the geodesic that leaves a point in a direction
+    #[command(after_help = directions::EXP_EXAMPLES)]
+    #[command(after_long_help = format!("{}\n\n{}", directions::EXP_EXAMPLES, Exit::help()))]
+    Exp(ExpFlags),
     /// Find the distances of all pairs of many points, as a NumPy matrix
     #[command(after_help = MATRIX_EXAMPLES)]
     #[command(after_long_help = format!("{MATRIX_EXAMPLES}\n\n{}", Exit::help()))]

@@ -7,16 +7,19 @@ mod demo;
 mod either;
 mod equations;
 mod exit;
+mod exponential;
 mod farthest;
 mod field;
 mod fit;
 mod flags;
+mod logarithm;
 mod matrix;
 mod models;
 mod output;
 mod path;
 mod picture;
 mod progress;
+mod ready;
 mod sample;
 mod settings;
 mod sites;
@@ -52,6 +55,8 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
     threads.install(|| match flags.command {
         Command::Path(flags) => path::run(&flags.try_into()?, &progress),
         Command::Field(flags) => field::run(&flags.try_into()?, &progress),
+        Command::Log(flags) => logarithm::run(&flags.try_into()?, &progress),
+        Command::Exp(flags) => exponential::run(&flags.try_into()?, &progress),
         Command::Matrix(flags) => matrix::run(&flags.try_into()?, &progress),
         Command::Check(flags) => check::run(&flags.try_into()?, &progress),
         Command::Fit(flags) => fit::run(&flags.try_into()?, &progress),

@@ -1,10 +1,11 @@
 //! Results as text and as JSON on standard output.
 
-use std::io::{self, StdoutLock, Write};
+use std::io::{self, BufWriter, StdoutLock, Write};
 
 use serde::Serialize;
 
 use taut::result::Status;
+use taut_io::Column;
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome};
 use crate::exit::Failure;
@@ -153,6 +154,22 @@ pub fn tell<F: Serialize>(
         write(&mut out, facts)?;
     }
     Ok(())
+}
+
+/// Writes the names of columns and then a line for each row to standard output.
+pub fn write_columns(columns: &[Column<'_>]) -> io::Result<()> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
+    writeln!(out, "# {}", names.join("\t"))?;
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    for row in 0..rows {
+        for (i, column) in columns.iter().enumerate() {
+            let separator = if i > 0 { "\t" } else { "" };
+            write!(out, "{separator}{}", column.values[row])?;
+        }
+        writeln!(out)?;
+    }
+    out.flush()
 }
 
 /// A line of an aligned list.

@@ -1,5 +1,6 @@
 //! What the command was asked to do, checked.
 
+mod directions;
 mod field;
 
 use std::fmt;
@@ -19,6 +20,7 @@ use crate::flags::{
     SourceFlags, SurfaceFlags,
 };
 use crate::models;
+pub use directions::{Aim, ExpSettings, LogSettings};
 pub use field::{CostSettings, FieldSettings, IsolineSettings, Rates, slope};
 
 /// Where the surface comes from.

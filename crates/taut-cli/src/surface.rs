@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use taut::Vector;
 use taut::correction;
 use taut::error::Error;
-use taut::field::{self, Cost, Field, Fields, Source};
+use taut::field::{self, Cost, Field, Fields, Logarithm, Source, Value};
 use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
@@ -71,6 +71,30 @@ pub trait Locate<const D: usize>: Guide<D> {
         Ok(Fields::new(geodesics))
     }
 
+    /// The field at the rows that the surface was put through, if it keeps any; `None` for rows without a place on it.
+    fn at_rows(
+        &self,
+        _fields: &Fields<'_, D, Self>,
+        _field: &Field<D>,
+    ) -> Option<Vec<Option<Value<D>>>>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// The logarithms of the same rows; within, `None` for unreached ones.
+    fn logarithms_of_rows(
+        &self,
+        _fields: &Fields<'_, D, Self>,
+        _field: &Field<D>,
+    ) -> Result<Option<Vec<Option<Option<Logarithm<D>>>>>, Error>
+    where
+        Self: Sized,
+    {
+        Ok(None)
+    }
+
     /// The field as far as the `count` nearest of the surface's own points, if it has any.
     fn nearest(
         fields: &Fields<'_, D, Self>,
@@ -116,12 +140,12 @@ struct EndNode<const D: usize, P> {
 /// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size
 /// costs seconds of compilation; a padded coordinate costs a query some of its speed.
 macro_rules! with_size {
-    ($dimension:expr, $function:ident $arguments:tt) => {
+    ($dimension:expr, $function:ident $(<$further:ident>)? ($($arguments:tt)*)) => {
         match $dimension {
-            0..=3 => $function::<3> $arguments,
-            4 => $function::<4> $arguments,
-            5..=9 => $function::<9> $arguments,
-            10..=16 => $function::<16> $arguments,
+            0..=3 => $function::<3 $(, $further)?>($($arguments)*),
+            4 => $function::<4 $(, $further)?>($($arguments)*),
+            5..=9 => $function::<9 $(, $further)?>($($arguments)*),
+            10..=16 => $function::<16 $(, $further)?>($($arguments)*),
             found => Err(crate::exit::Failure::Usage(format!(
                 "found {found} coordinates a point, expected at most 16; project the points first"
             ))),

@@ -1,6 +1,6 @@
 //! Fields on standard output, in files and in pictures.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 
 use taut_io::{Column, PointTable, write_table};
 
@@ -8,7 +8,7 @@ use crate::exit::Failure;
 use crate::field::Found;
 use crate::field::answer::{Answer, Facts, IsolineFacts};
 use crate::field::isolines;
-use crate::output::{exponential, line, significant, tell};
+use crate::output::{exponential, line, significant, tell, write_columns};
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{FieldSettings, Source};
@@ -50,7 +50,7 @@ pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Re
     if settings.json || has_files || settings.isolines.is_some() {
         return tell(&facts, settings.json, |out, facts| write_facts(out, facts));
     }
-    Ok(write_rows(&found.answer)?)
+    Ok(write_columns(&columns(&found.answer))?)
 }
 
 /// The columns of a table: the distance first, which formats of one column hold alone.
@@ -119,20 +119,4 @@ fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
         line(out, "off the surface", &facts.unusable.to_string())?;
     }
     Ok(())
-}
-
-/// A line for each point.
-fn write_rows(answer: &Answer) -> io::Result<()> {
-    let mut out = BufWriter::new(io::stdout().lock());
-    let columns = columns(answer);
-    let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
-    writeln!(out, "# {}", names.join("\t"))?;
-    for row in 0..answer.distance.len() {
-        for (i, column) in columns.iter().enumerate() {
-            let separator = if i > 0 { "\t" } else { "" };
-            write!(out, "{separator}{}", column.values[row])?;
-        }
-        writeln!(out)?;
-    }
-    out.flush()
 }

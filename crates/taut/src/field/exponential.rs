@@ -10,6 +10,9 @@ use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node};
 use crate::{Matrix, Vector};
 
+/// A part of a vector along the surface smaller than this is rounding, and has no direction.
+const LOST: f64 = 1e-8;
+
 /// A geodesic shot from a point.
 #[derive(Clone, Debug)]
 pub struct Shot<const D: usize> {
@@ -56,7 +59,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let length = along.norm();
         let direction = along
             .try_normalize(0.0)
-            .filter(|_| length.is_finite())
+            .filter(|_| length.is_finite() && length > LOST * vector.norm())
             .ok_or_else(|| refused("the direction has no part along the surface"))?;
         let near = self
             .nearest_node(source)

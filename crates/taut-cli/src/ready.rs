@@ -1,0 +1,211 @@
+//! A surface made ready for a question about all of it: from settings to a type of its dimension and kind.
+
+use std::path::Path;
+
+use taut::field::Source;
+use taut::geodesics::Geodesics;
+use taut::guess::Guide;
+use taut::surface::Node;
+use taut_io::PointSet;
+
+use crate::answer::coordinates;
+use crate::clouds;
+use crate::equations;
+use crate::exit::Failure;
+use crate::models;
+use crate::progress::Progress;
+use crate::settings::{self, CloudSettings, End, EquationSettings, Sources};
+use crate::sites::{self, Site};
+use crate::surface::{Locate, locate, with_size};
+
+/// A surface made ready.
+pub struct Ready<'a, const D: usize, S: Guide<D>> {
+    pub name: &'a str,
+    pub geodesics: &'a Geodesics<D, S>,
+    /// Coordinates of a point.
+    pub dimension: usize,
+    /// The file's points, where the surface was put through any.
+    pub points: Option<&'a PointSet>,
+}
+
+/// What can be asked of a surface of any kind and dimension.
+pub trait Question {
+    /// Its dimension forgotten.
+    type Answer;
+
+    fn answer<const D: usize, S: Locate<D>>(
+        &self,
+        ready: &Ready<'_, D, S>,
+    ) -> Result<Self::Answer, Failure>;
+}
+
+/// Makes a surface ready and answers the question; `sources` say which part of an equation's surface is meant.
+pub fn ask<Q: Question>(
+    source: &settings::Source,
+    sources: &Sources,
+    question: &Q,
+    progress: &Progress,
+) -> Result<Q::Answer, Failure> {
+    match source {
+        settings::Source::Cloud(cloud) => {
+            clouds::refuse_mls(&cloud.model)?;
+            let points = clouds::read(cloud, progress)?;
+            with_size!(
+                points.dimension,
+                of_cloud<Q>(cloud, &points, question, progress)
+            )
+        }
+        settings::Source::Model(file) => {
+            let model = models::read(file, progress)?;
+            with_size!(model.dimension(), of_model<Q>(file, &model, question))
+        }
+        settings::Source::Equations(law) => {
+            with_size!(
+                law.dimension,
+                of_equations<Q>(law, sources, question, progress)
+            )
+        }
+    }
+}
+
+fn of_cloud<const D: usize, Q: Question>(
+    cloud: &CloudSettings,
+    points: &PointSet,
+    question: &Q,
+    progress: &Progress,
+) -> Result<Q::Answer, Failure> {
+    let name = cloud.file.display().to_string();
+    let atlas = clouds::atlas::<D>(&name, points, &cloud.model, progress)?;
+    clouds::note_changes(&name, &atlas, progress);
+    question.answer(&Ready {
+        name: &name,
+        geodesics: &Geodesics::of_atlas(atlas),
+        dimension: points.dimension,
+        points: Some(points),
+    })
+}
+
+fn of_model<const D: usize, Q: Question>(
+    file: &Path,
+    model: &models::FileModel,
+    question: &Q,
+) -> Result<Q::Answer, Failure> {
+    question.answer(&Ready {
+        name: &file.display().to_string(),
+        geodesics: &Geodesics::of_atlas(model.atlas::<D>()?),
+        dimension: model.dimension(),
+        points: None,
+    })
+}
+
+fn of_equations<const D: usize, Q: Question>(
+    law: &EquationSettings,
+    sources: &Sources,
+    question: &Q,
+    progress: &Progress,
+) -> Result<Q::Answer, Failure> {
+    let sites = sites::of_sources(sources, law.dimension, progress)?;
+    let ends = sites.iter().map(|site| &site.end);
+    question.answer(&Ready {
+        name: &law.law.to_string(),
+        geodesics: &equations::geodesics::<D>(law, ends, progress)?,
+        dimension: law.dimension,
+        points: None,
+    })
+}
+
+/// Points other than the surface's own that something was asked for at.
+pub struct Places<const D: usize, P> {
+    /// As given, row-major.
+    pub points: Vec<f64>,
+    /// Nodes of the surface and how far the points were moved there; `None` for those without a place on it.
+    pub located: Vec<Option<(Node<D, P>, f64)>>,
+}
+
+impl<const D: usize, P> Places<D, P> {
+    /// How far each point was moved onto the surface; not a number where it has no place there.
+    pub fn moved(&self) -> Vec<f64> {
+        let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
+        self.located.iter().map(moved).collect()
+    }
+}
+
+impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
+    /// The file's rows that the points come from, where some were left out.
+    pub fn rows_kept(&self) -> Option<&[usize]> {
+        self.points?.rows_kept.as_deref()
+    }
+
+    pub fn refused(&self, error: taut::error::Error) -> Failure {
+        Failure::Surface {
+            surface: self.name.to_owned(),
+            error,
+        }
+    }
+
+    /// The node of an end, and how far it was moved there.
+    pub fn locate(&self, end: &End) -> Result<(Node<D, S::Place>, f64), Failure> {
+        let surface = self.geodesics.surface();
+        locate(surface, self.dimension, self.rows_kept(), end).map_err(|reason| Failure::End {
+            end: end.to_string(),
+            reason,
+        })
+    }
+
+    /// The sources with their start values: their own, else those of `starts`.
+    pub fn sources(
+        &self,
+        sources: &Sources,
+        starts: &[f64],
+        progress: &Progress,
+    ) -> Result<Vec<Source<D, S::Place>>, Failure> {
+        let sites = sites::of_sources(sources, self.dimension, progress)?;
+        if !starts.is_empty() && starts.len() != sites.len() {
+            return Err(Failure::Usage(format!(
+                "--start: found {} values, expected one for each of {} sources",
+                starts.len(),
+                sites.len()
+            )));
+        }
+        let source = |(i, site): (usize, &Site)| {
+            let (node, _) = self.locate(&site.end)?;
+            let start = site.value.or_else(|| starts.get(i).copied());
+            Ok(Source {
+                node,
+                start: start.unwrap_or(0.0),
+            })
+        };
+        sites.iter().enumerate().map(source).collect()
+    }
+
+    /// The points of a file; a row must have a place on the surface, a point need not.
+    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D, S::Place>, Failure> {
+        let sites = sites::of_file(file, self.dimension, progress)?;
+        let centre = self.geodesics.surface().centre();
+        let mut points = Vec::with_capacity(sites.len() * self.dimension);
+        let mut located = Vec::with_capacity(sites.len());
+        for site in sites {
+            let found = self.locate(&site.end);
+            match &site.end {
+                End::Point(point) => {
+                    points.extend_from_slice(point);
+                    located.push(found.ok());
+                }
+                End::Row(_) => {
+                    let found = found?;
+                    points.extend(coordinates(&(found.0.point + centre), self.dimension));
+                    located.push(Some(found));
+                }
+            }
+        }
+        Ok(Places { points, located })
+    }
+
+    /// That the surface has no points of its own to ask at.
+    pub fn without_points(&self) -> Failure {
+        Failure::Usage(format!(
+            "{}: found a surface without points of its own, expected points to find distances at; name them with --at FILE (taut sample writes some)",
+            self.name
+        ))
+    }
+}
