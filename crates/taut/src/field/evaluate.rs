@@ -56,7 +56,7 @@ impl<const D: usize> Field<D> {
         let values = self.branches(node).iter().enumerate();
         let values = values.map(|(index, branch)| {
             let value = if branch.at_source {
-                self.from_source(branch, x, share)
+                self.by_source(branch, x, share)
             } else {
                 self.by_branch(branch, frame, x, v)
             };
@@ -71,7 +71,7 @@ impl<const D: usize> Field<D> {
         (least.value.distance <= self.max_distance).then_some(least)
     }
 
-    fn from_source(&self, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
+    fn by_source(&self, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
         let source = &self.sources[branch.source as usize];
         let v = source.log(x, share);
         Value {

@@ -198,11 +198,10 @@ pub(crate) fn fan<const D: usize, S: Surface<D>>(
                     if !limits.along {
                         return None;
                     }
-                    let grazes = [(left, right), (right, left)]
-                        .map(|(a, b)| a.passes(b, angle, spacing))
+                    let mut passing = [(left, right), (right, left)]
                         .into_iter()
-                        .flatten();
-                    let (knot, _) = grazes.filter(|(_, off)| *off > GRAZING).next()?;
+                        .filter_map(|(ray, other)| ray.passes(other, angle, spacing));
+                    let (knot, _) = passing.find(|(_, off)| *off > GRAZING)?;
                     Some((knot.length - BEFORE * spacing[knot.near as usize]).max(0.0))
                 })?;
                 let begin = parted(EARLIER).map_or(from, |begin| begin.min(from));
