@@ -278,5 +278,5 @@ fn directions_need_smooth_surfaces_of_two_dimensions() {
         assert!(row[..3].iter().all(|v| v.is_nan()), "{row:?}");
         assert!(row[3] == f64::INFINITY && row[4] == -1.0, "{row:?}");
     }
-    assert!(text(&output.stderr).contains(" of 3000 points are not reached"));
+    assert!(text(&output.stderr).contains("1000 of 3000 points are not reached"));
 }

@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::correction;
 use crate::error::Error;
 use crate::field::branches::{Branch, SAME_DIRECTION};
-use crate::field::evaluate::{FOCUSED, Value};
+use crate::field::evaluate::{FOCUSED, Taken, Value};
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, Jet, norm, turned_by};
 use crate::field::{Field, Fields, frame};
@@ -18,6 +18,9 @@ use crate::surface::{Geometry, Node};
 /// Where rays draw together and angles are more uncertain than this, in radians, paths are pulled taut.
 const DOUBTFUL: f64 = 1e-2;
 
+/// Most that directions are wrong by: opposite ones, over the distance.
+const MOST: f64 = 2.0;
+
 /// The tangent vector at a source whose geodesic leads to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Logarithm<const D: usize> {
@@ -27,7 +30,8 @@ pub struct Logarithm<const D: usize> {
     pub error: f64,
     /// The nearest source.
     pub source: u32,
-    /// The source's two tangents, carried along the geodesic in parallel. `None` where the way bends round a hole.
+    /// The source's two tangents, carried along the geodesic in parallel. `None` where the way bends round a hole or
+    /// the direction is not known, which the error says.
     pub transported: Option<[Vector<D>; 2]>,
 }
 
@@ -63,28 +67,52 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let near = self.nearest_node(node)?;
         let taken = self.taken(field, near, &node.point, ON_SURFACE)?;
         let branch = field.branches(taken.node)[taken.branch];
+        let source = &field.sources[branch.source as usize];
         let length = taken.value.distance - field.source_starts[branch.source as usize];
-        let here = frame(self.geodesics.surface(), node, geometry)?;
-        let jet = self.jet_at(field, taken.node, &branch, &here);
+        if length <= 0.0 {
+            return Some(Logarithm {
+                vector: [0.0; 2],
+                error: taken.value.error,
+                source: branch.source,
+                transported: Some(source.tangents),
+            });
+        }
+        let here = frame(self.geodesics.surface(), node, geometry);
+        let known = here.and_then(|here| self.arrival(field, &taken, &branch, node, &here));
+        let (angle, error, transported) = known.unwrap_or((branch.jet.heading.angle, MOST, None));
+        let (sin, cos) = angle.sin_cos();
+        Some(Logarithm {
+            vector: [length * cos, length * sin],
+            error: taken.value.error.hypot(length * error.min(MOST)),
+            source: branch.source,
+            transported,
+        })
+    }
+
+    /// The angle at the source of the ray that arrives, its estimated error, and the source's tangents carried along.
+    fn arrival(
+        &self,
+        field: &Field<D>,
+        taken: &Taken<D>,
+        branch: &Branch,
+        node: &Node<D, S::Place>,
+        here: &Frame<D>,
+    ) -> Option<(f64, f64, Option<[Vector<D>; 2]>)> {
+        let jet = self.jet_at(field, taken.node, branch, here);
         let known = jet.map(|jet| {
-            let next = self.angle_error(field, taken.node, &branch, &here, &jet);
+            let next = self.angle_error(field, taken.node, branch, here, &jet);
             (jet, branch.angle_error + next)
         });
         let doubtful = known.is_none_or(|(_, error)| error > DOUBTFUL);
         let focused = branch.jet.curvature * self.spacing[taken.node as usize] < -FOCUSED;
         let polished = (doubtful && focused).then(|| {
             let from = self.frames[taken.node as usize].as_ref()?;
-            let hand = from.handedness(&here) * branch.jet.heading.turn;
-            self.polished(field, &taken.value, node, &here, hand)
+            let hand = from.handedness(here) * branch.jet.heading.turn;
+            self.polished(field, &taken.value, node, here, hand)
         });
         let (jet, error) = polished.flatten().or(known)?;
-        let (sin, cos) = jet.heading.angle.sin_cos();
-        Some(Logarithm {
-            vector: [length * cos, length * sin],
-            error: taken.value.error.hypot(length * error),
-            source: branch.source,
-            transported: (!jet.heading.is_bent()).then(|| transported(&here, &jet)),
-        })
+        let transported = (!jet.heading.is_bent()).then(|| transported(here, &jet));
+        Some((jet.heading.angle, error, transported))
     }
 
     /// Where rays draw together, directions are those of the path pulled taut; `None` where it is not the shortest.

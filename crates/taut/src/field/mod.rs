@@ -42,6 +42,7 @@ mod manifold;
 mod march;
 mod nearest;
 mod ray;
+mod rays;
 
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
@@ -62,11 +63,9 @@ use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Edge;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Node, Surface};
-use bend::{Grazed, Rims};
+use bend::Rims;
 use branches::Branch;
-use fan::Sample;
-use frame::{Frame, ON_SURFACE};
-use ray::Limits;
+use frame::Frame;
 
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]
@@ -151,9 +150,6 @@ impl<const D: usize> Field<D> {
 const NOISY_TOLERANCE: f64 = 1e-4;
 /// Median error of the surface's height, in spacings of the graph's nodes, above which rays scatter.
 const ROUGH: f64 = 1e-4;
-/// How much shorter, in spacings, a branch must be to be believed that rests on jets a spacing away: the
-/// surface's own error in spacings times this, and at most 1.
-const DOUBT: f64 = 30.0;
 /// Neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
 /// Nodes right beside each other are at most this many spacings apart.
@@ -254,143 +250,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 settings.max_distance,
             ));
         }
-        let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
-        let mut geometry = Geometry::new(D - 2);
-        let source_frames: Vec<Frame<D>> = sources
-            .iter()
-            .map(|source| {
-                frame(surface, &source.node, &mut geometry).ok_or_else(|| Error::NoFoot {
-                    point: format!("{:?}", source.node.point.as_slice()),
-                    reason: "a source has no tangent plane there",
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        let entrances: Vec<Vec<(u32, f32)>> = sources
-            .iter()
-            .map(|source| self.geodesics.entrances(&source.node))
-            .collect();
-        let bound = self.bounds(sources, &entrances, settings.max_distance);
-        let reachable = bound.reached().len();
-        let near: Vec<Option<u32>> = entrances
-            .iter()
-            .map(|list| {
-                let nearest = list.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-                Some(nearest.0)
-            })
-            .collect();
-        let limits = |start: f64, along: bool| Limits {
-            graph,
-            spacing: &self.spacing,
-            bound: (&bound, start),
-            longest: settings.max_distance - start,
-            detail: surface.detail(),
-            tolerance: self.tolerance(settings),
-            past_conjugate: false,
-            rim: &self.rims.nodes,
-            along,
-        };
-        let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
-        let mut grazed = Vec::new();
-        for (i, source) in sources.iter().enumerate() {
-            let Some(near) = near[i] else { continue };
-            let at = (&source.node, &source_frames[i], near);
-            let fan = |along: bool| {
-                let limits = limits(source.start, along);
-                fan::fan(surface, at, None, source.start, reachable, &limits)
-            };
-            let (found, _) = fan(false);
-            // Rays that jump the dents of a rough edge reach more, those that do not find where it is grazed.
-            let grazes = if self.rims.nodes.is_empty() {
-                Vec::new()
-            } else {
-                fan(true).1
-            };
-            let source = i as u32;
-            samples.extend(found.into_iter().map(|sample| (sample, source)));
-            grazed.extend(grazes.into_iter().map(|graze| Grazed {
-                graze,
-                doubt: 0.0,
-                source,
-            }));
-        }
-        let bends = !grazed.is_empty();
-        if bends {
-            let lit = by_node(samples.iter().map(|s| s.0.near), graph.nodes.len());
-            let lit = |frame: &Frame<D>, near: u32| self.by_samples(frame, near, &samples, &lit);
-            let bent = self
-                .rims
-                .bent(surface, grazed, lit, reachable, |start| limits(start, true));
-            samples.extend(bent);
-        }
-        let source_starts: Vec<f64> = sources.iter().map(|source| source.start).collect();
-        let near_node = near.iter().map(|near| near.unwrap_or(u32::MAX));
-        let sources_by_node = by_node(near_node, graph.nodes.len());
-        let by_node = by_node(
-            samples.iter().map(|sample| sample.0.near),
-            graph.nodes.len(),
-        );
-        let mut lists: Vec<Vec<Branch>> = (0..graph.nodes.len() as u32)
-            .into_par_iter()
-            .map(|node| {
-                let reached = bound.distance(node).is_finite();
-                let Some(frame) = self.frames[node as usize].filter(|_| reached) else {
-                    return Vec::new();
-                };
-                let spacing = self.spacing[node as usize];
-                let place = graph.nodes[node as usize].place;
-                let doubt = (DOUBT * surface.height_error(place) / spacing).min(1.0);
-                let edges = graph.edges(node).iter();
-                let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
-                let around: Vec<u32> = std::iter::once(node)
-                    .chain(close.map(|edge| edge.to))
-                    .collect();
-                let samples = around.iter().flat_map(|n| by_node.of(*n)).map(|i| {
-                    let (sample, source) = &samples[*i as usize];
-                    (sample, *source)
-                });
-                let beside = around
-                    .iter()
-                    .flat_map(|n| sources_by_node.of(*n))
-                    .map(|i| (&source_frames[*i as usize], source_starts[*i as usize], *i));
-                let mut found = branches::branches(&frame, spacing, doubt, samples, beside);
-                for branch in &mut found {
-                    let source = branch.source as usize;
-                    let chord = (source_frames[source].point - frame.point).norm();
-                    let short = source_starts[source] + chord - branch.jet.distance;
-                    if short > 0.0 {
-                        branch.jet.distance += short;
-                        branch.error += short;
-                    }
-                }
-                found
-            })
-            .collect();
-        march::carry_on(graph, &self.frames, &bound, bends, &mut lists);
-        let tolerance = self.tolerance(settings);
-        let errors: Vec<f64> = (0..lists.len() as u32)
-            .into_par_iter()
-            .map(|node| self.disagreement(&lists, node))
-            .collect();
-        for (list, disagreement) in lists.iter_mut().zip(errors) {
-            for branch in list {
-                branch.error += disagreement + tolerance * branch.jet.distance.abs();
-            }
-        }
-        let mut starts = vec![0];
-        let mut flat = Vec::new();
-        for list in lists {
-            flat.extend(list);
-            starts.push(flat.len() as u32);
-        }
-        Ok(Field {
-            starts,
-            branches: flat,
-            sources: source_frames,
-            source_nodes: near,
-            source_starts,
-            max_distance: settings.max_distance,
-            other: None,
-        })
+        self.by_rays(sources, settings)
     }
 
     /// The sources as the march of costs needs them.
@@ -407,53 +267,12 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         sources.iter().map(origin).collect()
     }
 
-    /// How far rays say that a place near a node is.
-    fn by_samples(
-        &self,
-        frame: &Frame<D>,
-        near: u32,
-        samples: &[(Sample<D>, u32)],
-        by_node: &Lists,
-    ) -> f64 {
-        let reach = branches::REACH * self.spacing[near as usize];
-        let edges = self.geodesics.graph().edges(near).iter();
-        let around = std::iter::once(near).chain(edges.map(|edge| edge.to));
-        let close = around.flat_map(|n| by_node.of(n)).filter_map(|i| {
-            let sample = &samples[*i as usize].0;
-            let close = (sample.frame.point - frame.point).norm() <= reach;
-            let carried = sample.jet.carried(&sample.frame, frame);
-            carried.filter(|_| close).map(|jet| jet.distance)
-        });
-        close.fold(f64::INFINITY, f64::min)
-    }
-
     fn tolerance(&self, settings: &Settings) -> f64 {
         if self.geodesics.surface().detail() > 0.0 {
             settings.tolerance.max(NOISY_TOLERANCE)
         } else {
             settings.tolerance
         }
-    }
-
-    /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
-    /// wrong by in between.
-    fn disagreement(&self, lists: &[Vec<Branch>], node: u32) -> f64 {
-        let Some(frame) = &self.frames[node as usize] else {
-            return 0.0;
-        };
-        let nearest = self.adjacent(node).filter_map(|edge| {
-            let there = lists[edge.to as usize].first()?.jet.distance;
-            let other = self.frames[edge.to as usize].as_ref()?;
-            let v = frame.log(&other.point, ON_SURFACE);
-            let found = lists[node as usize].iter().map(|branch| {
-                let carried = branch.jet.distance_at(v, 0.5 * (frame.gauss + other.gauss));
-                carried.unwrap_or(branch.jet.distance + jet::norm(v))
-            });
-            Some((found.fold(f64::INFINITY, f64::min) - there).abs())
-        });
-        nearest
-            .filter(|error| error.is_finite())
-            .fold(0.0, f64::max)
     }
 
     /// The edges from a node to those right beside it.
