@@ -137,15 +137,13 @@ struct EndNode<const D: usize, P> {
     located: Result<(Node<D, P>, f64), String>,
 }
 
-/// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size
-/// costs seconds of compilation; a padded coordinate costs a query some of its speed.
+/// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size costs
+/// two minutes of compilation; a padded coordinate costs a query some of its speed.
 macro_rules! with_size {
     ($dimension:expr, $function:ident $(<$further:ident>)? ($($arguments:tt)*)) => {
         match $dimension {
             0..=3 => $function::<3 $(, $further)?>($($arguments)*),
-            4 => $function::<4 $(, $further)?>($($arguments)*),
-            5..=9 => $function::<9 $(, $further)?>($($arguments)*),
-            10..=16 => $function::<16 $(, $further)?>($($arguments)*),
+            4..=16 => $function::<16 $(, $further)?>($($arguments)*),
             found => Err(crate::exit::Failure::Usage(format!(
                 "found {found} coordinates a point, expected at most 16; project the points first"
             ))),
