@@ -1,6 +1,5 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
-use rayon::prelude::*;
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
@@ -291,12 +290,10 @@ const OWN: f64 = 0.6;
 impl<const D: usize> Samples<D> {
     /// Points on the charts of a surface.
     pub fn of_charts(atlas: &Atlas<D>) -> Self {
-        let nodes = atlas.nodes();
-        let about = nodes.into_par_iter().map(|node| {
-            let reach = OWN * atlas.resolution(node.place);
-            (node, reach)
-        });
-        Self::about(atlas, about)
+        let reach = |chart| OWN * atlas.resolution(chart);
+        let nodes = atlas.nodes().into_iter();
+        let centres: Vec<_> = nodes.map(|node| (node, reach(node.place))).collect();
+        Self::about(atlas, &centres)
     }
 
     fn of_cloud(cloud: &Cloud<D>) -> Self {

@@ -1,13 +1,12 @@
 //! Surfaces F(x) = 0 made ready: written equations and named shapes.
 
-use rayon::prelude::*;
 use taut::error::Error;
 use taut::geodesics::Geodesics;
 use taut::guess::sampling::Sampled;
 use taut::surface::implicit::{Equations, ImplicitSurface};
 use taut::surface::shapes::Shape;
 use taut::surface::{Geometry, Node, Surface};
-use taut::{Matrix, Vector};
+use taut::{Matrix, Vector, parallel};
 use taut_formula::Formula;
 
 use crate::answer::{coordinates, padded};
@@ -277,15 +276,15 @@ impl<const D: usize> Locate<D> for Sampled<D, System> {
     }
 
     fn samples(&self) -> Samples<D> {
-        let centres = Sampled::samples(self);
-        let about = centres.par_iter().map(|point| {
+        let points = Sampled::samples(self);
+        let centres = parallel::map(points.len(), |i| {
             let node = Node {
-                point: *point,
+                point: points[i],
                 place: (),
             };
-            (node, nearest(point, &centres))
+            (node, nearest(&points[i], &points))
         });
-        Samples::about(self, about)
+        Samples::about(self, &centres)
     }
 }
 

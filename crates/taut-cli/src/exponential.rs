@@ -2,11 +2,10 @@
 
 use std::io::{self, Write};
 
-use rayon::prelude::*;
 use serde::Serialize;
-use taut::Vector;
 use taut::field::{Fields, Shot};
 use taut::surface::Geometry;
+use taut::{Vector, parallel};
 use taut_io::{Column, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
 use crate::answer::{FoundPath, Outcome, coordinates, flat, padded};
@@ -89,10 +88,10 @@ impl Question for Geodesics<'_> {
             shot.map(|shot| Answer::new(&shot, &centre, ready.dimension, intrinsic))
                 .map_err(|error| error.to_string())
         };
-        let rows = vectors.par_chunks(ready.dimension);
+        let rows: Vec<&[f64]> = vectors.chunks(ready.dimension).collect();
         Ok(Found {
             dimension: ready.dimension,
-            shots: rows.map(shoot).collect(),
+            shots: parallel::map(rows.len(), |i| shoot(rows[i])),
             samples: settings
                 .picture
                 .is_some()

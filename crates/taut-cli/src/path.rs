@@ -2,7 +2,7 @@
 
 use std::io::{BufWriter, Write};
 
-use rayon::prelude::*;
+use taut::parallel;
 use taut_io::{Pairs, Polyline, write_polylines};
 
 use crate::answer::{Answer, FoundPath};
@@ -33,14 +33,12 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
     };
     for first in (0..count).step_by(CHUNK) {
         let chunk = first..(first + CHUNK).min(count);
-        let answers: Vec<Answer> = chunk
-            .into_par_iter()
-            .map(|pair| {
-                let answer = prepared.answer([2 * pair, 2 * pair + 1], &request);
-                progress.done(1);
-                answer
-            })
-            .collect();
+        let answers = parallel::map(chunk.len(), |i| {
+            let pair = chunk.start + i;
+            let answer = prepared.answer([2 * pair, 2 * pair + 1], &request);
+            progress.done(1);
+            answer
+        });
         for answer in answers {
             for (end, reason) in answer.refusals() {
                 let end = end.to_string();

@@ -1,7 +1,5 @@
 //! From settings to a surface ready for queries: the one place where the dimension becomes a type.
 
-use rayon::prelude::*;
-use taut::Vector;
 use taut::correction;
 use taut::error::Error;
 use taut::field::{self, Cost, Field, Fields, Logarithm, Source, Value};
@@ -9,6 +7,7 @@ use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
 use taut::surface::{Geometry, Node, Surface};
+use taut::{Vector, parallel};
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place, coordinates, flat};
 use crate::clouds;
@@ -138,12 +137,14 @@ struct EndNode<const D: usize, P> {
 }
 
 /// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size costs
-/// two minutes of compilation; a padded coordinate costs a query some of its speed.
+/// compilation; a padded coordinate costs a query some of its speed.
 macro_rules! with_size {
     ($dimension:expr, $function:ident $(<$further:ident>)? ($($arguments:tt)*)) => {
         match $dimension {
             0..=3 => $function::<3 $(, $further)?>($($arguments)*),
-            4..=16 => $function::<16 $(, $further)?>($($arguments)*),
+            4 => $function::<4 $(, $further)?>($($arguments)*),
+            5..=9 => $function::<9 $(, $further)?>($($arguments)*),
+            10..=16 => $function::<16 $(, $further)?>($($arguments)*),
             found => Err(crate::exit::Failure::Usage(format!(
                 "found {found} coordinates a point, expected at most 16; project the points first"
             ))),
@@ -174,11 +175,11 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
         ends: Vec<End>,
         rows_kept: Option<&[usize]>,
     ) -> Self {
-        let locate = |named: End| {
-            let located = locate(geodesics.surface(), dimension, rows_kept, &named);
-            EndNode { named, located }
-        };
-        let ends = ends.into_par_iter().map(locate).collect();
+        let located = parallel::map(ends.len(), |i| {
+            locate(geodesics.surface(), dimension, rows_kept, &ends[i])
+        });
+        let of = |(named, located)| EndNode { named, located };
+        let ends = ends.into_iter().zip(located).map(of).collect();
         Self {
             geodesics,
             dimension,
@@ -320,23 +321,22 @@ const DISC: f64 = 0.2;
 
 impl<const D: usize> Samples<D> {
     /// Points of a surface about some of its nodes, each as far as a length, with discs that cover it.
-    pub fn about<S: Surface<D>>(
-        surface: &S,
-        centres: impl ParallelIterator<Item = (Node<D, S::Place>, f64)>,
-    ) -> Self {
+    pub fn about<S: Surface<D>>(surface: &S, centres: &[(Node<D, S::Place>, f64)]) -> Self {
         let codimension = D - surface.intrinsic_dimension();
-        let sprinkled = centres.flat_map_iter(|(centre, reach)| {
-            let mut scratch = Geometry::new(codimension);
-            let offsets = (0..SPRINKLED).map(move |i| spread::<D>(i) * (SPREAD * reach));
-            offsets.filter_map(move |offset| {
+        let scratch = || Geometry::new(codimension);
+        let sprinkled = parallel::map_with(centres.len(), scratch, |scratch, i| {
+            let (centre, reach) = &centres[i];
+            let offsets = (0..SPRINKLED).map(|i| spread::<D>(i) * (SPREAD * reach));
+            let found = offsets.filter_map(|offset| {
                 let mut place = centre.place;
-                let point = surface.foot(&(centre.point + offset), &mut place, &mut scratch)?;
-                let known = surface.geometry(&point, place, &mut scratch)
+                let point = surface.foot(&(centre.point + offset), &mut place, scratch)?;
+                let known = surface.geometry(&point, place, scratch)
                     && surface.beyond_rim(&point, place).is_none();
                 known.then(|| (point, (scratch.normal(0), DISC * reach)))
-            })
+            });
+            found.collect::<Vec<_>>()
         });
-        let (points, discs): (Vec<_>, (Vec<_>, Vec<_>)) = sprinkled.unzip();
+        let (points, discs): (Vec<_>, (Vec<_>, Vec<_>)) = sprinkled.into_iter().flatten().unzip();
         Self {
             points,
             discs: (codimension == 1).then_some(discs),

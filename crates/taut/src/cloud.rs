@@ -1,9 +1,9 @@
 //! A point cloud ready for work: finite, distinct, centred points, and the way back to the input rows.
 
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 
-use crate::Vector;
 use crate::error::Error;
+use crate::{Vector, parallel};
 
 /// Finite, distinct points of R^D about their centre, with the map to and from input rows.
 #[derive(Clone, Debug)]
@@ -47,7 +47,6 @@ impl<const D: usize> Cloud<D> {
             point
         };
         let finite: Vec<(Vector<D>, u32)> = (0..count)
-            .into_par_iter()
             .map(|i| (row(i), i as u32))
             .filter(|(point, _)| point.iter().all(|v| v.is_finite()))
             .collect();
@@ -102,11 +101,7 @@ impl<const D: usize> Cloud<D> {
 /// For each of `count` rows the first row of the same coordinates among those given, in order; `u32::MAX` for
 /// rows that are not. Equal rows meet where they are sorted by a hash of their coordinates.
 fn representatives<const D: usize>(finite: &[(Vector<D>, u32)], count: usize) -> Vec<u32> {
-    let mut hashed: Vec<(u64, u32)> = finite
-        .par_iter()
-        .zip(0..finite.len() as u32)
-        .map(|((point, _), place)| (hash(point), place))
-        .collect();
+    let mut hashed = parallel::map(finite.len(), |i| (hash(&finite[i].0), i as u32));
     hashed.par_sort_unstable();
     let mut representative = vec![u32::MAX; count];
     for alike in hashed.chunk_by(|a, b| a.0 == b.0) {

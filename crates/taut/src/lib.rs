@@ -31,6 +31,7 @@ pub mod error;
 pub mod field;
 pub mod geodesics;
 pub mod guess;
+pub mod parallel;
 pub mod result;
 mod spatial;
 pub mod surface;

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
 use taut::correction;
 use taut::geodesics::{Geodesics, Origin};
 use taut::guess::Guide;
+use taut::parallel;
 use taut::surface::Node;
 
 use crate::answer::FoundPath;
@@ -67,7 +67,7 @@ fn all<const D: usize, S: Locate<D>>(
     let strip_length = (MEMORY / (NODE * node_count)).max(1);
     let strip_of = |block: &Block| block.rows.start / strip_length;
     let mut blocks = work.blocks.clone();
-    blocks.sort_by_key(|block| (strip_of(block), block.columns.start, block.rows.start));
+    blocks.sort_unstable_by_key(|block| (strip_of(block), block.columns.start, block.rows.start));
     progress.count_to(blocks.iter().map(|block| plan.pairs(block).len()).sum());
     let mut across = Origins::none();
     for strip in blocks.chunk_by(|a, b| strip_of(a) == strip_of(b)) {
@@ -81,7 +81,9 @@ fn all<const D: usize, S: Locate<D>>(
                 across = Origins::new(geodesics, columns, block.columns.clone());
             }
             let across = if here { &down } else { &across };
-            let find = |pair: [usize; 2]| {
+            let pairs = plan.pairs(block);
+            let find = |i: usize| {
+                let pair = pairs[i];
                 let (from, to) = (down.of(pair[0]), across.of(pair[1]));
                 let path = geodesics.path_between(from, to, &work.correction);
                 progress.done(1);
@@ -90,7 +92,7 @@ fn all<const D: usize, S: Locate<D>>(
                     path: located.found(&path),
                 }
             };
-            keep(block, plan.pairs(block).into_par_iter().map(find).collect())?;
+            keep(block, parallel::map(pairs.len(), find))?;
         }
     }
     Ok(())
@@ -115,10 +117,10 @@ impl<const D: usize, P: Copy + Send + Sync> Origins<D, P> {
         nodes: &[Node<D, P>],
         range: Range<usize>,
     ) -> Self {
-        let chosen = nodes[range.clone()].par_iter();
+        let chosen = &nodes[range.clone()];
         Self {
             range,
-            origins: chosen.map(|node| geodesics.origin(node)).collect(),
+            origins: parallel::map(chosen.len(), |i| geodesics.origin(&chosen[i])),
         }
     }
 
@@ -143,12 +145,15 @@ fn near<const D: usize, S: Locate<D>>(
     let geodesics = &located.geodesics;
     progress.count_to(work.blocks.iter().map(|block| block.rows.len()).sum());
     for block in &work.blocks {
-        let beside = |i: usize| {
+        let beside = |row: usize| -> Vec<[usize; 2]> {
+            let i = block.rows.start + row;
             let first = if plan.is_symmetric() { i + 1 } else { 0 };
             let found = geodesics.maybe_within(&rows[i], &columns[first..], radius);
-            found.into_par_iter().map(move |j| [i, first + j])
+            found.into_iter().map(|j| [i, first + j]).collect()
         };
-        let find = |pair: [usize; 2]| {
+        let pairs = parallel::map(block.rows.len(), beside).concat();
+        let find = |i: usize| {
+            let pair = pairs[i];
             let [from, to] = [&rows[pair[0]], &columns[pair[1]]];
             let path = geodesics.path(from, to, &work.correction);
             let wanted = path.length <= radius || path.length.is_nan();
@@ -157,9 +162,8 @@ fn near<const D: usize, S: Locate<D>>(
                 path: located.found(&path),
             })
         };
-        let pairs = block.rows.clone().into_par_iter().flat_map(beside);
-        let entries = pairs.filter_map(find).collect();
-        keep(block, entries)?;
+        let entries = parallel::map(pairs.len(), find);
+        keep(block, entries.into_iter().flatten().collect())?;
         progress.done(block.rows.len());
     }
     Ok(())

@@ -7,17 +7,17 @@
 
 use std::collections::BinaryHeap;
 
-use rayon::prelude::*;
-
 use crate::Vector;
-use crate::field::fan::{self, Graze, Sample};
+use crate::field::fan::{Fan, Graze, Sample};
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, norm};
 use crate::field::march::Waiting;
 use crate::field::ray::{self, Limits};
+use crate::field::sources::{Origin, nearest_entrance};
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::graph::Graph;
+use crate::parallel;
 use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node};
 
@@ -115,26 +115,24 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
     /// O(m) in the points at the edge.
     pub fn new<S: Guide<D, Place = P>>(geodesics: &Geodesics<D, S>, spacing: &[f64]) -> Self {
         let (surface, graph) = (geodesics.surface(), geodesics.graph());
-        let corner = |geometry: &mut Geometry<D>,
-                      (node, outward, spacing): (Node<D, P>, _, f64)| {
+        let rim = surface.rim();
+        let corner = |geometry: &mut Geometry<D>, i: usize| {
+            let (node, outward, spacing) = rim[i];
             let mut place = node.place;
             let x: Vector<D> = node.point + outward * (SHORT * spacing);
             let point = surface.foot(&x, &mut place, geometry)?;
             let frame = super::frame(surface, &Node { point, place }, geometry)?;
-            let entrances = geodesics.entrances(&node);
-            let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+            let (entrance, _) = nearest_entrance(&geodesics.entrances(&node))?;
             Some(Corner {
-                near: ray::nearest(graph, &node.point, nearest.0),
+                near: ray::nearest(graph, &node.point, entrance),
                 node: Node { point, place },
                 frame,
                 spacing,
             })
         };
-        let found = surface
-            .rim()
-            .into_par_iter()
-            .map_init(|| Geometry::new(D - surface.intrinsic_dimension()), corner);
-        let corners: Vec<Corner<D, P>> = found.collect::<Vec<_>>().into_iter().flatten().collect();
+        let scratch = || Geometry::new(D - surface.intrinsic_dimension());
+        let found = parallel::map_with(rim.len(), scratch, corner);
+        let corners: Vec<Corner<D, P>> = found.into_iter().flatten().collect();
         if corners.is_empty() {
             return Self::none();
         }
@@ -148,16 +146,14 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             beside: Lists::default(),
             nodes,
         };
-        let beside: Vec<Vec<u32>> = (0..rims.corners.len())
-            .into_par_iter()
-            .map(|i| {
-                let corner = &rims.corners[i];
-                let reach = REACH * spacing[corner.near as usize];
-                let from = (&corner.node, &corner.frame, corner.near);
-                let others = rims.steps(surface, graph, from, reach);
-                others.into_iter().filter(|j| *j as usize != i).collect()
-            })
-            .collect();
+        let beside = parallel::map(rims.corners.len(), |i| {
+            let corner = &rims.corners[i];
+            let reach = REACH * spacing[corner.near as usize];
+            let from = (&corner.node, &corner.frame, corner.near);
+            let mut others = rims.steps(surface, graph, from, reach);
+            others.retain(|j| *j as usize != i);
+            others
+        });
         rims.beside = Lists::new(beside.iter().map(|list| list.iter().copied()));
         rims
     }
@@ -220,43 +216,38 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             };
             let places = limits(0.0);
             let turns = self.along(surface, &grazed, &mut reached, &mut lit, &places);
-            let fans: Vec<(Vec<Sample<D>>, Vec<Grazed<D, P>>, u32)> = turns
-                .into_par_iter()
-                .map(|(start, sector)| {
-                    let bend = self.bend(start, &grazed, &reached);
-                    let at = bend.reached;
-                    let [x, y] = bend.frame.coordinates(&at.direction);
-                    let ahead = y.atan2(x);
-                    let doubt = at.doubt
-                        + DOUBT
-                            * places.spacing[bend.near as usize]
-                            * (sector[1] - sector[0] - CLEAR);
-                    let angles = Some(sector.map(|turn| ahead + turn));
-                    let place = (&bend.node, bend.frame, bend.near);
-                    let (mut samples, grazes) = fan::fan(
-                        surface,
-                        place,
-                        angles,
-                        at.distance,
-                        reachable,
-                        &limits(at.distance),
-                    );
-                    for sample in &mut samples {
-                        sample.surface_error += doubt;
-                        sample.doubt = doubt + BENT * places.spacing[sample.near as usize];
-                        sample.jet.heading = Heading::same(at.angle);
-                    }
-                    let grazes = grazes.into_iter().map(|graze| Grazed {
-                        graze: Graze {
-                            angle: at.angle,
-                            ..graze
-                        },
-                        doubt,
-                        source: at.source,
-                    });
-                    (samples, grazes.collect(), at.source)
-                })
-                .collect();
+            let fans = parallel::map(turns.len(), |i| {
+                let (start, sector) = turns[i];
+                let bend = self.bend(start, &grazed, &reached);
+                let at = bend.reached;
+                let [x, y] = bend.frame.coordinates(&at.direction);
+                let ahead = y.atan2(x);
+                let turned = sector[1] - sector[0] - CLEAR;
+                let doubt = at.doubt + DOUBT * places.spacing[bend.near as usize] * turned;
+                let origin = Origin {
+                    node: &bend.node,
+                    frame: bend.frame,
+                    near: bend.near,
+                    start: at.distance,
+                };
+                let angles = Some(sector.map(|turn| ahead + turn));
+                let fan = Fan::new(surface, &origin, angles, reachable, &limits(at.distance));
+                let mut samples = fan.samples();
+                for sample in &mut samples {
+                    sample.surface_error += doubt;
+                    sample.doubt = doubt + BENT * places.spacing[sample.near as usize];
+                    sample.jet.heading = Heading::same(at.angle);
+                }
+                let grazes = fan.grazes().into_iter().map(|graze| Grazed {
+                    graze: Graze {
+                        angle: at.angle,
+                        ..graze
+                    },
+                    doubt,
+                    source: at.source,
+                });
+                (samples, grazes.collect::<Vec<_>>(), at.source)
+            });
             grazed = Vec::new();
             for (found, grazes, source) in fans {
                 samples.extend(found.into_iter().map(|sample| (sample, source)));

@@ -1,14 +1,14 @@
 //! The distance at points: from the jets of the nearest node, the least branch.
 
-use rayon::prelude::*;
-
 use crate::Vector;
 use crate::field::branches::Branch;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{bent, direction_at, norm};
 use crate::field::manifold::Found;
+use crate::field::sources::nearest_entrance;
 use crate::field::{Field, Fields, Other, ray};
 use crate::guess::Guide;
+use crate::parallel;
 use crate::surface::Node;
 use crate::surface::atlas::Atlas;
 
@@ -109,10 +109,11 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     fn places(&self) -> &[u32] {
         self.places.get_or_init(|| {
             let atlas = self.geodesics.surface();
-            let points = atlas.cloud().points.par_iter().enumerate();
-            points
-                .map(|(i, x)| ray::nearest(self.geodesics.graph(), x, atlas.owner(i)))
-                .collect()
+            let points = &atlas.cloud().points;
+            let graph = self.geodesics.graph();
+            parallel::map(points.len(), |i| {
+                ray::nearest(graph, &points[i], atlas.owner(i))
+            })
         })
     }
 
@@ -130,10 +131,10 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
         } else {
             ON_SURFACE
         };
-        let points = atlas.cloud().points.par_iter().zip(self.places());
-        points
-            .map(|(x, place)| self.at_node(field, *place, x, share))
-            .collect()
+        let (points, places) = (&atlas.cloud().points, self.places());
+        parallel::map(points.len(), |i| {
+            self.at_node(field, places[i], &points[i], share)
+        })
     }
 }
 
@@ -153,8 +154,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     /// The node of the graph nearest to a node of the surface.
     pub(crate) fn nearest_node(&self, node: &Node<D, S::Place>) -> Option<u32> {
-        let entrances = self.geodesics.entrances(node);
-        let entrance = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+        let (entrance, _) = nearest_entrance(&self.geodesics.entrances(node))?;
         let graph = self.geodesics.graph();
         Some(ray::nearest(graph, &node.point, entrance))
     }

@@ -64,16 +64,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let near = self
             .nearest_node(source)
             .ok_or_else(|| refused("no node of the surface is near"))?;
+        let unbounded = Distances::new(self.geodesics.graph());
         let limits = Limits {
-            graph: self.geodesics.graph(),
-            spacing: &self.spacing,
-            bound: (&Distances::new(self.geodesics.graph()), 0.0),
-            rim: &[],
-            along: false,
             longest: length,
-            detail: surface.detail(),
-            tolerance: self.tolerance(settings),
             past_conjugate: true,
+            ..self.limits(&unbounded, 0.0, settings)
         };
         let first = Knot::first(&frame, &direction, source.place, near);
         let tangents = first.frame.tangents;

@@ -1,8 +1,6 @@
 //! The logarithmic map of a source and parallel transport along the shortest geodesics, from the same jets as the
 //! distances: they know the direction in which the ray that arrives left the source.
 
-use rayon::prelude::*;
-
 use crate::Vector;
 use crate::correction;
 use crate::error::Error;
@@ -12,6 +10,7 @@ use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, Jet, norm, turned_by};
 use crate::field::{Field, Fields, frame};
 use crate::guess::Guide;
+use crate::parallel;
 use crate::surface::atlas::Atlas;
 use crate::surface::{Geometry, Node};
 
@@ -211,15 +210,13 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
             return Err(Error::NoDirections);
         }
         let atlas = self.geodesics.surface();
-        let points = 0..atlas.cloud().points.len();
-        let found = points.into_par_iter().map_init(
-            || Geometry::new(D - 2),
-            |geometry, point| {
-                let node = atlas.node_of_point(point).ok()?;
-                self.logarithm_at(field, &node, geometry)
-            },
-        );
-        Ok(found.collect())
+        let scratch = || Geometry::new(D - 2);
+        let of_point = |geometry: &mut _, point: usize| {
+            let node = atlas.node_of_point(point).ok()?;
+            self.logarithm_at(field, &node, geometry)
+        };
+        let count = atlas.cloud().points.len();
+        Ok(parallel::map_with(count, scratch, of_point))
     }
 }
 

@@ -37,12 +37,14 @@ mod farthest;
 mod frame;
 mod isolines;
 mod jet;
+mod knot;
 mod logarithm;
 mod manifold;
 mod march;
 mod nearest;
 mod ray;
 mod rays;
+mod sources;
 
 pub use cost::{Cost, Slope};
 pub use evaluate::Value;
@@ -54,18 +56,17 @@ pub use nearest::least;
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
-
 use crate::error::Error;
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;
-use crate::guess::dijkstra::Distances;
-use crate::guess::graph::Edge;
+use crate::guess::graph::{Edge, Graph};
+use crate::parallel;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Node, Surface};
 use bend::Rims;
 use branches::Branch;
 use frame::Frame;
+use sources::nearest_entrance;
 
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]
@@ -165,60 +166,31 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     /// O(n) in the nodes of the graph, in parallel.
     #[must_use]
     pub fn new(geodesics: &'a Geodesics<D, S>) -> Self {
+        Self::with_spacing(geodesics, spacing(geodesics.graph()))
+    }
+
+    fn with_spacing(geodesics: &'a Geodesics<D, S>, spacing: Vec<f64>) -> Self {
         let surface = geodesics.surface();
-        let graph = geodesics.graph();
-        let codimension = D - surface.intrinsic_dimension();
-        let (mut frames, mut any_frames) = (Vec::new(), Vec::new());
-        let nodes = graph.nodes.par_iter();
-        if surface.intrinsic_dimension() == 2 {
-            frames = nodes
-                .map_init(
-                    || Geometry::new(codimension),
-                    |geometry, node| frame(surface, node, geometry),
-                )
-                .collect();
-        } else {
-            any_frames = nodes
-                .map_init(
-                    || Geometry::new(codimension),
-                    |geometry, node| manifold::frame(surface, node, geometry),
-                )
-                .collect();
-        }
-        let nearest: Vec<f64> = (0..graph.nodes.len() as u32)
-            .into_par_iter()
-            .map(|node| {
-                let lengths = graph.edges(node).iter().map(|edge| f64::from(edge.length));
-                let mut lengths: Vec<f64> = lengths.collect();
-                lengths.sort_by(f64::total_cmp);
-                lengths.truncate(NEAREST);
-                lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
-            })
-            .collect();
-        // Rays are as far apart as the nodes around are: those that happen to crowd must look as far.
-        let spacing = (0..graph.nodes.len() as u32)
-            .into_par_iter()
-            .map(|node| {
-                let edges = graph.edges(node);
-                let around = edges.iter().map(|edge| nearest[edge.to as usize]);
-                let mean = around.sum::<f64>() / edges.len().max(1) as f64;
-                nearest[node as usize].max(CROWDED * mean)
-            })
-            .collect::<Vec<f64>>();
-        let rims = if frames.is_empty() {
-            Rims::none()
-        } else {
-            Rims::new(geodesics, &spacing)
-        };
-        Self {
+        let nodes = &geodesics.graph().nodes;
+        let scratch = || Geometry::new(D - surface.intrinsic_dimension());
+        let mut fields = Self {
             geodesics,
-            frames,
-            any_frames,
+            frames: Vec::new(),
+            any_frames: Vec::new(),
             net: None,
             spacing,
-            rims,
+            rims: Rims::none(),
             places: OnceLock::new(),
+        };
+        if surface.intrinsic_dimension() == 2 {
+            let frame = |geometry: &mut _, i: usize| frame(surface, &nodes[i], geometry);
+            fields.frames = parallel::map_with(nodes.len(), scratch, frame);
+            fields.rims = Rims::new(geodesics, &fields.spacing);
+        } else {
+            let frame = |geometry: &mut _, i: usize| manifold::frame(surface, &nodes[i], geometry);
+            fields.any_frames = parallel::map_with(nodes.len(), scratch, frame);
         }
+        fields
     }
 
     /// The distance from the nearest of the sources, each with its start value added.
@@ -236,15 +208,10 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             return Err(Error::NoSources);
         }
         if let Some(net) = &self.net {
-            let limits = cost::Limits {
-                longest: settings.max_distance,
-                enough: usize::MAX,
-            };
-            let found = cost::find(net, &self.origins(sources), limits)?;
-            return Ok(Field::of_other(Other::Cost(found), settings.max_distance));
+            return self.by_cost(net, sources, usize::MAX, settings);
         }
         if !self.any_frames.is_empty() {
-            let found = manifold::find(self, &self.any_frames, sources, settings)?;
+            let found = manifold::find(self, sources, settings)?;
             return Ok(Field::of_other(
                 Other::Manifold(found),
                 settings.max_distance,
@@ -253,18 +220,29 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         self.by_rays(sources, settings)
     }
 
-    /// The sources as the march of costs needs them.
-    fn origins(&self, sources: &[Source<D, S::Place>]) -> Vec<cost::Origin<D>> {
+    /// The field of least cost, which ends where `enough` points are passed.
+    fn by_cost(
+        &self,
+        net: &cost::Net<D>,
+        sources: &[Source<D, S::Place>],
+        enough: usize,
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
         let origin = |source: &Source<D, S::Place>| {
             let entrances = self.geodesics.entrances(&source.node);
-            let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
             cost::Origin {
                 point: source.node.point,
-                near: nearest.map(|n| n.0),
+                near: nearest_entrance(&entrances).map(|nearest| nearest.0),
                 start: source.start,
             }
         };
-        sources.iter().map(origin).collect()
+        let origins: Vec<cost::Origin<D>> = sources.iter().map(origin).collect();
+        let limits = cost::Limits {
+            longest: settings.max_distance,
+            enough,
+        };
+        let found = cost::find(net, &origins, limits)?;
+        Ok(Field::of_other(Other::Cost(found), settings.max_distance))
     }
 
     fn tolerance(&self, settings: &Settings) -> f64 {
@@ -282,27 +260,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         edges.filter(move |edge| f64::from(edge.length) <= farthest)
     }
 
-    /// Distances along the graph, which are never too short: of all nodes not farther than the largest.
-    fn bounds(
-        &self,
-        sources: &[Source<D, S::Place>],
-        entrances: &[Vec<(u32, f32)>],
-        max_distance: f64,
-    ) -> Distances {
-        let graph = self.geodesics.graph();
-        let mut bound = Distances::new(graph);
-        let ways: Vec<(u32, f32)> = sources
-            .iter()
-            .zip(entrances)
-            .flat_map(|(source, list)| {
-                list.iter()
-                    .map(|(node, length)| (*node, length + source.start as f32))
-            })
-            .collect();
-        // A route along the graph is a few hundredths longer than the geodesic.
-        let longest = (1.2 * max_distance) as f32;
-        bound.search(graph, &ways, |_| 0.0, |_, _| longest);
-        bound
+    /// A node of the graph and those beside it whose jets are looked at.
+    fn around(&self, node: u32) -> Vec<u32> {
+        let farthest = BESIDE * self.spacing[node as usize];
+        let edges = self.geodesics.graph().edges(node).iter();
+        let close = edges.filter(|edge| f64::from(edge.length) <= farthest);
+        std::iter::once(node)
+            .chain(close.map(|edge| edge.to))
+            .collect()
     }
 }
 
@@ -315,20 +280,19 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
     ///
     /// O(n) in the points of the cloud, in parallel.
     pub fn of_cloud(geodesics: &'a Geodesics<D, Atlas<D>>) -> Result<Self, Error> {
-        let fields = Self::new(geodesics);
         let atlas = geodesics.surface();
-        if atlas.intrinsic_dimension() != 2 || !atlas.has_points() {
-            return Ok(fields);
+        let spacing = spacing(geodesics.graph());
+        if atlas.intrinsic_dimension() == 2 && atlas.has_points() {
+            let errors = (0..).zip(&spacing);
+            let mut errors: Vec<f64> = errors
+                .map(|(chart, spacing)| atlas.height_error(chart) / spacing)
+                .collect();
+            errors.sort_by(f64::total_cmp);
+            if errors.get(errors.len() / 2).is_some_and(|e| *e > ROUGH) {
+                return Self::with_cost(geodesics, &Cost::default());
+            }
         }
-        let errors = (0..).zip(&fields.spacing);
-        let mut errors: Vec<f64> = errors
-            .map(|(chart, spacing)| atlas.height_error(chart) / spacing)
-            .collect();
-        errors.sort_by(f64::total_cmp);
-        match errors.get(errors.len() / 2) {
-            Some(median) if *median > ROUGH => Self::with_cost(geodesics, &Cost::default()),
-            _ => Ok(fields),
-        }
+        Ok(Self::with_spacing(geodesics, spacing))
     }
 
     /// Fields of least cost: distances are integrals of the cost per length, directions those of travel. Tolerances
@@ -350,6 +314,24 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
             places: OnceLock::new(),
         })
     }
+}
+
+/// The spacing of the graph's nodes, of each.
+fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
+    let nearest = parallel::map(graph.nodes.len(), |i| {
+        let edges = graph.edges(i as u32).iter();
+        let mut lengths: Vec<f64> = edges.map(|edge| f64::from(edge.length)).collect();
+        lengths.sort_by(f64::total_cmp);
+        lengths.truncate(NEAREST);
+        lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
+    });
+    // Rays are as far apart as the nodes around are: those that happen to crowd must look as far.
+    parallel::map(graph.nodes.len(), |i| {
+        let edges = graph.edges(i as u32);
+        let around = edges.iter().map(|edge| nearest[edge.to as usize]);
+        let mean = around.sum::<f64>() / edges.len().max(1) as f64;
+        nearest[i].max(CROWDED * mean)
+    })
 }
 
 /// The frame at a node.

@@ -3,7 +3,8 @@
 use std::collections::BinaryHeap;
 
 use crate::error::Error;
-use crate::field::{Field, Fields, Other, Settings, Source, cost};
+use crate::field::sources::nearest_entrance;
+use crate::field::{Field, Fields, Settings, Source};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::Node;
@@ -50,8 +51,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return self.from(sources, settings);
         }
         let beside = nodes.iter().filter_map(|node| {
-            let entrances = self.geodesics.entrances(node).into_iter();
-            let nearest = entrances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            let nearest = nearest_entrance(&self.geodesics.entrances(node))?;
             Some((nearest.0, f64::from(nearest.1)))
         });
         self.up_to(sources, beside, count, settings)
@@ -176,12 +176,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
             return Err(Error::NoSources);
         }
         if let Some(net) = &self.net {
-            let limits = cost::Limits {
-                longest: settings.max_distance,
-                enough: count,
-            };
-            let found = cost::find(net, &self.origins(sources), limits)?;
-            return Ok(Field::of_other(Other::Cost(found), settings.max_distance));
+            return self.by_cost(net, sources, count, settings);
         }
         let atlas = self.geodesics.surface();
         let nodes = &self.geodesics.graph().nodes;

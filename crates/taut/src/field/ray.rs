@@ -5,29 +5,12 @@
 //! step x is put back onto the surface.
 
 use crate::Vector;
-use crate::correction::length::HeightErrors;
-use crate::field::fan::between;
 use crate::field::frame::Frame;
 use crate::field::jet::norm;
+use crate::field::knot::{Knot, between};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 use crate::surface::{Geometry, Surface};
-
-/// A place on a ray.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Knot<const D: usize, P> {
-    /// From the source.
-    pub length: f64,
-    /// The first tangent is the ray's, the second beside it, to the same side all along.
-    pub frame: Frame<D>,
-    /// J and J', 0 and 1 at the source.
-    pub jacobi: [f64; 2],
-    pub place: P,
-    /// The nearest node of the graph.
-    pub near: u32,
-    /// What errors of the surface's height do to the length.
-    pub heights: HeightErrors,
-}
 
 /// Where rays end and how finely they are followed: past the distances along the graph, which are never too
 /// short, or past the distance asked for.

@@ -1,34 +1,24 @@
 //! Fields on surfaces of dimension 2: rays leave the sources, the nodes of the graph take branches from the rays near
 //! them, and say what these may be wrong by.
 
-use rayon::prelude::*;
-
 use crate::error::Error;
 use crate::field::bend::Grazed;
 use crate::field::branches::{self, Branch};
-use crate::field::fan::{self, Sample};
+use crate::field::fan::{Fan, Sample};
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::norm;
 use crate::field::ray::Limits;
-use crate::field::{BESIDE, Field, Fields, Settings, Source, by_node, frame, march};
+use crate::field::{Field, Fields, Settings, Source, by_node, frame, march, sources};
 use crate::guess::Guide;
-use crate::guess::dijkstra::Distances;
-use crate::surface::Geometry;
+use crate::parallel;
 use crate::surface::atlas::Lists;
 
 /// How much shorter, in spacings, a branch must be to be believed that rests on jets a spacing away: the
 /// surface's own error in spacings times this, and at most 1.
 const DOUBT: f64 = 30.0;
 
-/// Sources with what rays and nodes need of them.
-struct Sources<'s, const D: usize, P> {
-    given: &'s [Source<D, P>],
-    frames: Vec<Frame<D>>,
-    /// The nodes of the graph nearest to them.
-    nodes: Vec<Option<u32>>,
-    /// Distances along the graph, which are never too short.
-    bound: Distances,
-}
+/// Sources on a surface of dimension 2.
+type Sources<'s, const D: usize, P> = sources::Sources<'s, D, P, Frame<D>>;
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field of some sources.
@@ -37,7 +27,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         given: &[Source<D, S::Place>],
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
-        let sources = self.prepared(given, settings)?;
+        let sources = self.prepared(given, settings, frame)?;
         let (samples, bent) = self.cast(&sources, settings);
         let mut lists = self.branches_at_nodes(&sources, &samples);
         let graph = self.geodesics.graph();
@@ -60,36 +50,6 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         })
     }
 
-    fn prepared<'s>(
-        &self,
-        given: &'s [Source<D, S::Place>],
-        settings: &Settings,
-    ) -> Result<Sources<'s, D, S::Place>, Error> {
-        let mut geometry = Geometry::new(D - 2);
-        let frames: Vec<Frame<D>> = given
-            .iter()
-            .map(|source| {
-                let found = frame(self.geodesics.surface(), &source.node, &mut geometry);
-                found.ok_or_else(|| Error::NoFoot {
-                    point: format!("{:?}", source.node.point.as_slice()),
-                    reason: "a source has no tangent plane there",
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        let entrances = given.iter().map(|s| self.geodesics.entrances(&s.node));
-        let entrances: Vec<Vec<(u32, f32)>> = entrances.collect();
-        let nearest = |list: &Vec<(u32, f32)>| {
-            let nearest = list.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-            Some(nearest.0)
-        };
-        Ok(Sources {
-            given,
-            frames,
-            nodes: entrances.iter().map(nearest).collect(),
-            bound: self.bounds(given, &entrances, settings.max_distance),
-        })
-    }
-
     /// The jets along all rays, each with its source; whether some bend round rims.
     fn cast(
         &self,
@@ -98,30 +58,22 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     ) -> (Vec<(Sample<D>, u32)>, bool) {
         let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
         let limits = |start: f64, along: bool| Limits {
-            graph,
-            spacing: &self.spacing,
-            bound: (&sources.bound, start),
-            longest: settings.max_distance - start,
-            detail: surface.detail(),
-            tolerance: self.tolerance(settings),
-            past_conjugate: false,
             rim: &self.rims.nodes,
             along,
+            ..self.limits(&sources.bound, start, settings)
         };
         let reachable = sources.bound.reached().len();
         let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
         let mut grazed = Vec::new();
-        for (i, (source, near)) in (0..).zip(sources.given.iter().zip(&sources.nodes)) {
-            let Some(near) = near else { continue };
-            let at = (&source.node, &sources.frames[i as usize], *near);
-            let fan = |along: bool| {
-                let limits = limits(source.start, along);
-                fan::fan(surface, at, None, source.start, reachable, &limits)
-            };
-            samples.extend(fan(false).0.into_iter().map(|sample| (sample, i)));
+        for (i, origin) in sources.origins() {
+            let jumping = limits(origin.start, false);
+            let found = Fan::new(surface, &origin, None, reachable, &jumping).samples();
+            samples.extend(found.into_iter().map(|sample| (sample, i)));
             // Rays that jump the dents of a rough edge reach more, those that do not find where it is grazed.
             if !self.rims.nodes.is_empty() {
-                grazed.extend(fan(true).1.into_iter().map(|graze| Grazed {
+                let along = limits(origin.start, true);
+                let found = Fan::new(surface, &origin, None, reachable, &along).grazes();
+                grazed.extend(found.into_iter().map(|graze| Grazed {
                     graze,
                     doubt: 0.0,
                     source: i,
@@ -176,11 +128,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let place = graph.nodes[node as usize].place;
             let height_error = self.geodesics.surface().height_error(place);
             let doubt = (DOUBT * height_error / spacing).min(1.0);
-            let edges = graph.edges(node).iter();
-            let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
-            let around: Vec<u32> = std::iter::once(node)
-                .chain(close.map(|edge| edge.to))
-                .collect();
+            let around = self.around(node);
             let near = around.iter().flat_map(|n| samples_by_node.of(*n));
             let near = near.map(|i| {
                 let (sample, source) = &samples[*i as usize];
@@ -193,28 +141,18 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             });
             let mut found = branches::branches(&frame, spacing, doubt, near, beside);
             for branch in &mut found {
-                let source = branch.source as usize;
-                let chord = (sources.frames[source].point - frame.point).norm();
-                let short = sources.given[source].start + chord - branch.jet.distance;
-                if short > 0.0 {
-                    branch.jet.distance += short;
-                    branch.error += short;
-                }
+                let short = sources.shortfall(branch.source, &frame.point, branch.jet.distance);
+                branch.jet.distance += short;
+                branch.error += short;
             }
             Some(found)
         };
-        (0..graph.nodes.len() as u32)
-            .into_par_iter()
-            .map(|node| of_node(node).unwrap_or_default())
-            .collect()
+        parallel::map(graph.nodes.len(), |i| of_node(i as u32).unwrap_or_default())
     }
 
     /// Adds what lies between nodes and the tolerance of rays to the errors.
     fn add_errors(&self, lists: &mut [Vec<Branch>], tolerance: f64) {
-        let errors: Vec<f64> = (0..lists.len() as u32)
-            .into_par_iter()
-            .map(|node| self.disagreement(lists, node))
-            .collect();
+        let errors = parallel::map(lists.len(), |i| self.disagreement(lists, i as u32));
         for (list, disagreement) in lists.iter_mut().zip(errors) {
             for branch in list {
                 branch.error += disagreement + tolerance * branch.jet.distance.abs();

@@ -1,11 +1,10 @@
 //! Many pairs at a time, and what a guess is worth before it is corrected.
 
-use rayon::prelude::*;
-
 use crate::correction::Settings;
 use crate::geodesics::{CLOSE, GUESSES, Geodesics};
 use crate::guess::Guide;
 use crate::guess::routes::{DETOUR, Ways};
+use crate::parallel;
 use crate::result::Path;
 use crate::surface::{Geometry, Node};
 
@@ -54,10 +53,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         settings: &Settings,
         keep: impl Fn(usize, Path<D>) -> T + Sync,
     ) -> Vec<T> {
-        to.par_iter()
-            .enumerate()
-            .map(|(i, end)| keep(i, self.path(from, end, settings)))
-            .collect()
+        parallel::map(to.len(), |i| keep(i, self.path(from, &to[i], settings)))
     }
 
     /// What `keep` makes of the shortest geodesic found between any two of n nodes: for i < j, pair
@@ -72,18 +68,15 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         settings: &Settings,
         keep: impl Fn([usize; 2], Path<D>) -> T + Sync,
     ) -> Vec<T> {
-        let origins: Vec<Origin<D, S::Place>> =
-            nodes.par_iter().map(|node| self.origin(node)).collect();
+        let origins = parallel::map(nodes.len(), |i| self.origin(&nodes[i]));
         let pairs: Vec<[usize; 2]> = (0..nodes.len())
             .flat_map(|j| (0..j).map(move |i| [i, j]))
             .collect();
-        pairs
-            .into_par_iter()
-            .map(|[i, j]| {
-                let path = self.path_between(&origins[i], &origins[j], settings);
-                keep([i, j], path)
-            })
-            .collect()
+        parallel::map(pairs.len(), |pair| {
+            let [i, j] = pairs[pair];
+            let path = self.path_between(&origins[i], &origins[j], settings);
+            keep([i, j], path)
+        })
     }
 
     /// Spreads the distances along the graph from a node, for paths to many others. About O(n) in the nodes of

@@ -78,7 +78,7 @@ impl<const D: usize, P: Copy> Graph<D, P> {
             sizes.push(size);
         }
         let mut order: Vec<usize> = (0..sizes.len()).collect();
-        order.sort_by_key(|i| std::cmp::Reverse(sizes[*i]));
+        order.sort_unstable_by_key(|i| (std::cmp::Reverse(sizes[*i]), *i));
         let mut rank = vec![0; sizes.len()];
         for (new, old) in order.iter().enumerate() {
             rank[*old] = new as u32;

@@ -49,7 +49,7 @@ where
             return chosen;
         }
         let mut bottoms = self.valleys(candidates, longest);
-        bottoms.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        bottoms.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut near = vec![false; self.graph.nodes.len()];
         self.mark(&chosen[0], &mut near);
         for (_, bottom) in bottoms {

@@ -55,7 +55,7 @@ fn principal_axes<const D: usize>(points: &[Vector<D>]) -> Option<Matrix<D>> {
 pub(crate) fn eigen<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix<D>)> {
     let (values, vectors) = in_any_order(matrix)?;
     let mut order: [usize; D] = std::array::from_fn(|i| i);
-    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    order.sort_unstable_by(|a, b| values[*a].total_cmp(&values[*b]).then(a.cmp(b)));
     Some((
         Vector::from_fn(|row, _| values[order[row]]),
         Matrix::from_fn(|row, column| vectors[(row, order[column])]),

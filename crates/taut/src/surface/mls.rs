@@ -17,7 +17,6 @@
 //! take part, those of charts reached from the node's own chart along the atlas's graph; a q_0 more
 //! than h / 2 from the chart is first put onto it, as (15) finds the normal only near the points.
 
-use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::error;
@@ -27,7 +26,7 @@ use crate::guess::graph::Graph;
 use crate::surface::atlas::{Atlas, ChartIndex, Lists};
 use crate::surface::level_set::LevelSet;
 use crate::surface::{Geometry, Node, Surface};
-use crate::{Matrix, Vector};
+use crate::{Matrix, Vector, parallel};
 
 /// The spacing h that is used unless given, in median distances between neighbouring points.
 const SPACINGS: f64 = 1.5;
@@ -98,10 +97,9 @@ impl<const D: usize> MovingLeastSquares<D> {
                 cell.iter().map(gap).fold(0.0, f64::max)
             })
             .collect();
-        let around: Vec<Vec<u32>> = (0..atlas.charts.len() as u32)
-            .into_par_iter()
-            .map(|home| sheet_around(&atlas, &extents, home, CUTOFF * h))
-            .collect();
+        let around = parallel::map(atlas.charts.len(), |home| {
+            sheet_around(&atlas, &extents, home as u32, CUTOFF * h)
+        });
         Ok(Self {
             owned: Lists::new(cells.iter().map(|cell| cell.iter().copied())),
             around: Lists::new(around.iter().map(|list| list.iter().copied())),
@@ -195,7 +193,10 @@ impl<const D: usize> MovingLeastSquares<D> {
             200,
         )?;
         let mut order: [usize; D] = std::array::from_fn(|i| i);
-        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        order.sort_unstable_by(|a, b| {
+            let values = &eigen.eigenvalues;
+            values[*a].total_cmp(&values[*b]).then(a.cmp(b))
+        });
         let eigenvalues = order.map(|j| eigen.eigenvalues[j]);
         let gap = eigenvalues[m] - eigenvalues[m - 1];
         if gap.is_nan() || gap <= 1e-6 * eigenvalues[D - 1] {

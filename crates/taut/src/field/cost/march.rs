@@ -10,6 +10,7 @@ use crate::field::Value;
 use crate::field::cost::Slope;
 use crate::field::cost::net::{Net, Rings, Spoke};
 use crate::field::cost::update::{Known, Way, through};
+use crate::parallel;
 
 /// Points so near a source, by rank, take the straight way from it.
 const AT_SOURCE: usize = 30;
@@ -114,10 +115,9 @@ pub(crate) fn find<const D: usize>(
         cost(*a).total_cmp(&cost(*b)).then(a.cmp(b))
     });
     // Rings of two sizes err by different multiples of the same power of it.
-    let (inner, outer) = rayon::join(
-        || swept(net, &net.inner, &first, &order),
-        || swept(net, &net.outer, &first, &order),
-    );
+    let rings = [&net.inner, &net.outer];
+    let swept = parallel::map(rings.len(), |i| swept(net, rings[i], &first, &order));
+    let (inner, outer) = (&swept[0], &swept[1]);
     let value = |((inner, outer), first): ((&Label<D>, &Label<D>), &Label<D>)| {
         let direction = inner.step.try_normalize(0.0).unwrap_or_else(Vector::zeros);
         if inner.cost > longest {
@@ -136,7 +136,7 @@ pub(crate) fn find<const D: usize>(
         }
     };
     Ok(Found {
-        values: inner.iter().zip(&outer).zip(&first).map(value).collect(),
+        values: inner.iter().zip(outer).zip(&first).map(value).collect(),
         gradients: inner.iter().map(|label| label.gradient).collect(),
     })
 }

@@ -1,12 +1,11 @@
 //! The points of a cloud with the segments between their neighbours, through which ways of least cost come.
 
-use rayon::prelude::*;
-
 use crate::Vector;
 use crate::error::Error;
 use crate::field::cost::update::Target;
 use crate::field::cost::{Cost, Slope};
 use crate::field::frame::Frame;
+use crate::parallel;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Surface};
 
@@ -92,18 +91,15 @@ impl<const D: usize> Net<D> {
         let by_chart = Lists::new(owned.iter().map(|list| list.iter().copied()));
         let around = (0..owned.len() as u32).map(|chart| atlas.beside(chart).iter().copied());
         let around = Lists::new(around);
-        let (points, frames) = (0..costs.len())
-            .into_par_iter()
-            .map_init(
-                || Geometry::new(D - dimension),
-                |geometry, i| {
-                    let (x, mut place) = (atlas.cloud().points[i], atlas.owner(i));
-                    let x = atlas.foot(&x, &mut place, geometry).unwrap_or(x);
-                    let known = dimension == 2 && atlas.cheap_geometry(&x, place, geometry);
-                    (x, known.then(|| Frame::new(x, geometry)))
-                },
-            )
-            .unzip();
+        let scratch = || Geometry::new(D - dimension);
+        let put_on = |geometry: &mut Geometry<D>, i: usize| {
+            let (x, mut place) = (atlas.cloud().points[i], atlas.owner(i));
+            let x = atlas.foot(&x, &mut place, geometry).unwrap_or(x);
+            let known = dimension == 2 && atlas.cheap_geometry(&x, place, geometry);
+            (x, known.then(|| Frame::new(x, geometry)))
+        };
+        let found = parallel::map_with(costs.len(), scratch, put_on);
+        let (points, frames) = found.into_iter().unzip();
         let mut net = Self {
             points,
             frames,
@@ -116,20 +112,12 @@ impl<const D: usize> Net<D> {
             by_chart,
             around,
         };
-        let found: Vec<(Vec<Spoke>, Vec<Spoke>, f64)> = (0..net.points.len() as u32)
-            .into_par_iter()
-            .map_init(
-                || Geometry::new(D - dimension),
-                |geometry, point| net.rings(atlas, point, geometry),
-            )
-            .collect();
+        let rings = |geometry: &mut _, i: usize| net.rings(atlas, i as u32, geometry);
+        let found = parallel::map_with(net.points.len(), scratch, rings);
         net.spacing = found.iter().map(|f| f.2).collect();
         let (inner, outer): (Vec<_>, Vec<_>) = found.into_iter().map(|f| (f.0, f.1)).unzip();
         (net.inner, net.outer) = (Rings::new(inner.into_iter()), Rings::new(outer.into_iter()));
-        net.jumps = (0..net.points.len() as u32)
-            .into_par_iter()
-            .map(|point| net.jump(point))
-            .collect();
+        net.jumps = parallel::map(net.points.len(), |i| net.jump(i as u32));
         Ok(net)
     }
 

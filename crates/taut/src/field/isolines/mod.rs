@@ -7,12 +7,11 @@
 mod spot;
 mod walk;
 
-use rayon::prelude::*;
-
 use crate::Vector;
 use crate::error::Error;
 use crate::field::{Field, Fields};
 use crate::guess::Guide;
+use crate::parallel;
 use crate::surface::atlas::Lists;
 use spot::{Follower, Spot};
 
@@ -66,17 +65,14 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return Err(Error::NoIsolines { dimension });
         }
         let graph = self.geodesics.graph();
-        let distances: Vec<f64> = (0..graph.nodes.len() as u32)
-            .into_par_iter()
-            .map(|node| {
-                let known = self.sloped(field, node, &graph.nodes[node as usize].point);
-                known.map_or(f64::INFINITY, |known| known.0)
-            })
-            .collect();
+        let distances = parallel::map(graph.nodes.len(), |i| {
+            let known = self.sloped(field, i as u32, &graph.nodes[i].point);
+            known.map_or(f64::INFINITY, |known| known.0)
+        });
         let nodes = 0..graph.nodes.len() as u32;
         let widest = nodes.map(|node| self.mean_edge(node)).fold(0.0, f64::max);
-        let at_level = |level: &f64| {
-            let mut follower = Follower::new(self, field, *level);
+        let at_level = |i: usize| {
+            let mut follower = Follower::new(self, field, levels[i]);
             let mut spots = self.crossings(&distances, &mut follower);
             spots.extend(self.beside_sources(field, widest, &mut follower));
             let by_node = super::by_node(spots.iter().map(|spot| spot.near), graph.nodes.len());
@@ -87,7 +83,10 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             };
             self.lines(&mut seeds, &mut follower)
         };
-        Ok(levels.par_iter().flat_map_iter(at_level).collect())
+        Ok(parallel::map(levels.len(), at_level)
+            .into_iter()
+            .flatten()
+            .collect())
     }
 
     /// Where edges of the graph cross the level.

@@ -3,14 +3,14 @@
 //! Nodes that have none are aimed at by the Jacobi fields of the rays nearest to them, those farthest along
 //! first, as their rays come by others.
 
-use rayon::prelude::*;
-
 use crate::field::frame::ON_SURFACE;
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
 use crate::field::manifold::ray::{self, Knot};
 use crate::field::ray::Limits;
-use crate::surface::{Node, Surface};
+use crate::field::sources;
+use crate::parallel;
+use crate::surface::Surface;
 use crate::{Matrix, Vector};
 
 /// The first rays leave towards nodes within so many spacings of the source, this far apart in radians.
@@ -78,13 +78,7 @@ impl<const D: usize> Sample<D> {
     }
 }
 
-/// A source with its frame and the nearest node of the graph.
-pub(crate) struct Origin<'a, const D: usize, P> {
-    pub node: &'a Node<D, P>,
-    pub frame: &'a Frame<D>,
-    pub near: u32,
-    pub start: f64,
-}
+type Origin<'a, const D: usize, P> = sources::Origin<'a, D, P, Frame<D>>;
 
 /// The jets found so far, by the node they are nearest to.
 struct Cover<'a, const D: usize, S: Surface<D>> {
@@ -115,10 +109,8 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
     let mut open = wanted.to_vec();
     let mut looked_at_all = true;
     while cover.samples.len() <= MOST_JETS * wanted.len() {
-        let aims: Vec<(u32, Option<u32>)> = open
-            .par_iter()
-            .filter_map(|node| Some((*node, cover.aim(*node)?)))
-            .collect();
+        let aims = parallel::map(open.len(), |i| Some((open[i], cover.aim(open[i])?)));
+        let aims: Vec<(u32, Option<u32>)> = aims.into_iter().flatten().collect();
         let targets = cover.farthest(&aims, &attempts);
         if targets.is_empty() {
             if looked_at_all {
@@ -163,17 +155,15 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
 
     fn shoot(&mut self, directions: &[Vector<D>]) {
         let this = &*self;
-        let found: Vec<Vec<Sample<D>>> = directions
-            .par_iter()
-            .map(|direction| {
-                let origin = this.origin;
-                let first = Knot::first(origin.frame, direction, origin.node.place, origin.near);
-                let start = first.frame.tangents;
-                let start = origin.frame.tangents.tr_mul(&start);
-                let knots = ray::shoot(this.surface, first, this.limits);
-                this.samples_of(&knots, start)
-            })
-            .collect();
+        let found = parallel::map(directions.len(), |i| {
+            let origin = this.origin;
+            let place = origin.node.place;
+            let first = Knot::first(origin.frame, &directions[i], place, origin.near);
+            let start = first.frame.tangents;
+            let start = origin.frame.tangents.tr_mul(&start);
+            let knots = ray::shoot(this.surface, first, this.limits);
+            this.samples_of(&knots, start)
+        });
         for sample in found.into_iter().flatten() {
             self.by_node[sample.near as usize].push(self.samples.len() as u32);
             self.samples.push(sample);

@@ -6,18 +6,16 @@ pub(crate) mod frame;
 pub(crate) mod jet;
 pub(crate) mod ray;
 
-use rayon::prelude::*;
-
 use crate::Vector;
 use crate::error::Error;
 use crate::field::evaluate::{FOCUSED, Value};
 use crate::field::frame::ON_SURFACE;
-use crate::field::ray::Limits;
-use crate::field::{BESIDE, Fields, Settings, Source, by_node};
+use crate::field::{Fields, Settings, Source, by_node};
 use crate::guess::Guide;
+use crate::parallel;
 use crate::surface::{Geometry, Node};
 use branches::Branch;
-use cover::{Origin, Sample};
+use cover::Sample;
 use frame::Frame;
 use jet::bent;
 
@@ -40,106 +38,52 @@ pub(crate) fn frame<const D: usize, S: Guide<D>>(
     known.then(|| Frame::new(node.point, geometry))
 }
 
-/// The distances at the nodes of the graph, whose frames are given.
+/// The distances at the nodes of the graph.
 pub(crate) fn find<const D: usize, S: Guide<D>>(
     fields: &Fields<D, S>,
-    frames: &[Option<Frame<D>>],
-    sources: &[Source<D, S::Place>],
+    given: &[Source<D, S::Place>],
     settings: &Settings,
 ) -> Result<Found<D>, Error> {
     let (surface, graph) = (fields.geodesics.surface(), fields.geodesics.graph());
-    let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
-    let source_frames: Vec<(Frame<D>, f64)> = sources
-        .iter()
-        .map(|source| {
-            let found = frame(surface, &source.node, &mut geometry);
-            let found = found.map(|frame| (frame, source.start));
-            found.ok_or_else(|| Error::NoFoot {
-                point: format!("{:?}", source.node.point.as_slice()),
-                reason: "a source has no tangent space there",
-            })
-        })
-        .collect::<Result<_, _>>()?;
-    let entrances: Vec<Vec<(u32, f32)>> = sources
-        .iter()
-        .map(|source| fields.geodesics.entrances(&source.node))
-        .collect();
-    let bound = fields.bounds(sources, &entrances, settings.max_distance);
-    let mut wanted: Vec<u32> = bound.reached().to_vec();
+    let frames = &fields.any_frames;
+    let sources = fields.prepared(given, settings, frame)?;
+    let mut wanted: Vec<u32> = sources.bound.reached().to_vec();
     wanted.retain(|node| frames[*node as usize].is_some());
     wanted.sort_unstable();
     let tolerance = fields.tolerance(settings);
     let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
-    let mut near = vec![u32::MAX; sources.len()];
-    for (i, source) in sources.iter().enumerate() {
-        let nearest = entrances[i].iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((nearest, _)) = nearest else {
-            continue;
-        };
-        near[i] = *nearest;
-        let limits = Limits {
-            graph,
-            spacing: &fields.spacing,
-            bound: (&bound, source.start),
-            rim: &[],
-            along: false,
-            longest: settings.max_distance - source.start,
-            detail: surface.detail(),
-            tolerance,
-            past_conjugate: false,
-        };
-        let origin = Origin {
-            node: &source.node,
-            frame: &source_frames[i].0,
-            near: *nearest,
-            start: source.start,
-        };
+    for (i, origin) in sources.origins() {
+        let limits = fields.limits(&sources.bound, origin.start, settings);
         let jets = cover::cover(surface, &origin, &wanted, &limits);
-        samples.extend(jets.into_iter().map(|sample| (sample, i as u32)));
+        samples.extend(jets.into_iter().map(|sample| (sample, i)));
     }
-    let sources_by_node = by_node(near.iter().copied(), graph.nodes.len());
+    let source_nodes = sources.nodes.iter().map(|near| near.unwrap_or(u32::MAX));
+    let sources_by_node = by_node(source_nodes, graph.nodes.len());
     let samples_by_node = by_node(
         samples.iter().map(|sample| sample.0.near),
         graph.nodes.len(),
     );
-    let mut lists: Vec<Vec<Branch<D>>> = frames
-        .par_iter()
-        .zip(0..frames.len() as u32)
-        .map(|(frame, node)| {
-            let reached = bound.distance(node).is_finite();
-            let Some(frame) = frame.as_ref().filter(|_| reached) else {
-                return Vec::new();
-            };
-            let spacing = fields.spacing[node as usize];
-            let edges = graph.edges(node).iter();
-            let close = edges.filter(|edge| f64::from(edge.length) <= BESIDE * spacing);
-            let around: Vec<u32> = std::iter::once(node)
-                .chain(close.map(|edge| edge.to))
-                .collect();
-            let jets = around.iter().flat_map(|n| samples_by_node.of(*n));
-            let jets = jets.map(|i| (&samples[*i as usize].0, samples[*i as usize].1));
-            let beside = around.iter().flat_map(|n| sources_by_node.of(*n));
-            let beside = beside.map(|i| {
-                let (frame, start) = &source_frames[*i as usize];
-                (frame, *start, *i)
-            });
-            let mut found = branches::branches(frame, spacing, jets, beside);
-            for branch in &mut found {
-                let (source, start) = &source_frames[branch.source as usize];
-                let chord = (source.point - frame.point).norm();
-                let short = start + chord - branch.jet.distance;
-                if short > 0.0 {
-                    branch.jet.distance += short;
-                    branch.error += short;
-                }
-            }
-            found
-        })
-        .collect();
-    let errors: Vec<f64> = (0..lists.len() as u32)
-        .into_par_iter()
-        .map(|node| disagreement(fields, frames, &lists, node))
-        .collect();
+    let of_node = |i: usize| {
+        let reached = sources.bound.distance(i as u32).is_finite();
+        let frame = frames[i].as_ref().filter(|_| reached)?;
+        let around = fields.around(i as u32);
+        let jets = around.iter().flat_map(|n| samples_by_node.of(*n));
+        let jets = jets.map(|i| (&samples[*i as usize].0, samples[*i as usize].1));
+        let beside = around.iter().flat_map(|n| sources_by_node.of(*n));
+        let beside = beside.map(|i| {
+            let source = *i as usize;
+            (&sources.frames[source], given[source].start, *i)
+        });
+        let mut found = branches::branches(frame, fields.spacing[i], jets, beside);
+        for branch in &mut found {
+            let short = sources.shortfall(branch.source, &frame.point, branch.jet.distance);
+            branch.jet.distance += short;
+            branch.error += short;
+        }
+        Some(found)
+    };
+    let mut lists = parallel::map(frames.len(), |i| of_node(i).unwrap_or_default());
+    let errors = parallel::map(lists.len(), |i| disagreement(fields, &lists, i as u32));
     for (list, disagreement) in lists.iter_mut().zip(errors) {
         for branch in list {
             branch.error += disagreement + tolerance * branch.jet.distance.abs();
@@ -147,7 +91,11 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
     }
     Ok(Found {
         branches: lists,
-        sources: source_frames,
+        sources: sources
+            .frames
+            .into_iter()
+            .zip(given.iter().map(|source| source.start))
+            .collect(),
         max_distance: settings.max_distance,
     })
 }
@@ -156,10 +104,10 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
 /// wrong by in between.
 fn disagreement<const D: usize, S: Guide<D>>(
     fields: &Fields<D, S>,
-    frames: &[Option<Frame<D>>],
     lists: &[Vec<Branch<D>>],
     node: u32,
 ) -> f64 {
+    let frames = &fields.any_frames;
     let Some(frame) = &frames[node as usize] else {
         return 0.0;
     };

@@ -1,13 +1,11 @@
 //! The graph of the joined trajectories.
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::guess::graph::Graph;
 use crate::guess::particles::drift::{Drifted, Meeting};
 use crate::guess::particles::swarm::{Swarm, neighbour_count};
 use crate::spatial::tree::Tree;
 use crate::surface::{Node, Surface};
+use crate::{Vector, parallel};
 
 /// Particles at rest up to this many spacings apart are joined.
 pub(super) const REACH: f64 = 1.9;
@@ -81,31 +79,26 @@ fn beside<const D: usize, S: Surface<D>>(
 ) -> Vec<(u32, u32)> {
     let points: Vec<Vector<D>> = swarm.particles.iter().map(|p| p.node.point).collect();
     let tree = Tree::new(&points);
-    let of = |(node, index): (&Node<D, S::Place>, u32)| {
+    let count = neighbour_count(swarm.intrinsic_dimension()) / 3;
+    let of = |index: usize| {
+        let node = &nodes[index];
         let mut found = Vec::new();
-        tree.nearest(
-            &node.point,
-            neighbour_count(swarm.intrinsic_dimension()) / 3,
-            &mut found,
-        );
+        tree.nearest(&node.point, count, &mut found);
         let near = found.into_iter().filter_map(|neighbour| {
             let i = tree.order[neighbour.index as usize];
             let distance = neighbour.squared.sqrt();
             let beside = distance > 0.0 && distance < swarm.spacing(i) && swarm.leads_to(node, i);
-            beside.then_some((index, i))
+            beside.then_some((index as u32, i))
         });
         near.collect::<Vec<_>>()
     };
-    nodes
-        .par_iter()
-        .zip(0..nodes.len() as u32)
-        .flat_map_iter(of)
-        .collect()
+    parallel::map(nodes.len(), of).concat()
 }
 
 /// The pairs of particles at rest a step along the surface apart.
 fn joins<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> Vec<(u32, u32)> {
-    let of = |i: u32| {
+    let of = |i: usize| {
+        let i = i as u32;
         let near = |j: &u32| {
             let others = swarm.neighbours(*j);
             // Of two that are each other's neighbours the first looks.
@@ -122,8 +115,5 @@ fn joins<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> Vec<(u32, u3
             .collect();
         found
     };
-    (0..swarm.particles.len() as u32)
-        .into_par_iter()
-        .flat_map_iter(of)
-        .collect()
+    parallel::map(swarm.particles.len(), of).concat()
 }

@@ -1,9 +1,7 @@
 //! How well a sampling is spread, and whether it is denser where the surface bends.
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::spatial::tree::{Neighbour, Tree};
+use crate::{Vector, parallel};
 
 /// Measurements of a sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,13 +35,12 @@ impl Quality {
             };
         }
         let tree = Tree::new(points);
-        let (nearest, far): (Vec<f64>, Vec<f64>) = points
-            .par_iter()
-            .map_init(Vec::new, |found: &mut Vec<Neighbour>, point| {
-                tree.nearest(point, 1 + DENSITY_NEIGHBOURS, found);
-                (found[1].squared.sqrt(), found[found.len() - 1].squared)
-            })
-            .unzip();
+        let of = |found: &mut Vec<Neighbour>, i: usize| {
+            tree.nearest(&points[i], 1 + DENSITY_NEIGHBOURS, found);
+            (found[1].squared.sqrt(), found[found.len() - 1].squared)
+        };
+        let distances = parallel::map_with(points.len(), Vec::new, of);
+        let (nearest, far): (Vec<f64>, Vec<f64>) = distances.into_iter().unzip();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let relative: Vec<f64> = nearest.iter().zip(spacings).map(|(r, h)| r / h).collect();
         let centre = mean(&relative);

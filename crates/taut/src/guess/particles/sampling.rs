@@ -94,7 +94,7 @@ pub(super) fn fill<const D: usize, S: Surface<D>>(
             .map(|i| (swarm.room(i), i))
             .filter(|(room, _)| *room > ROOM)
             .collect();
-        roomy.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        roomy.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         roomy.truncate(count - swarm.particles.len());
         let born: usize = roomy
             .iter()
@@ -133,7 +133,7 @@ pub(super) fn crowding<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -
             .iter()
             .map(|j| swarm.distance(i, *j) / swarm.spacing(i))
             .collect();
-        near.sort_by(f64::total_cmp);
+        near.sort_unstable_by(f64::total_cmp);
         distances.extend(near.iter().take(ring.max(1)));
     }
     if distances.is_empty() {

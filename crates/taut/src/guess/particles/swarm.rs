@@ -1,8 +1,5 @@
 //! The particle system (1)-(4): forces, moves, births.
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::error::Error;
 use crate::guess::particles::particle::{Frame, Particle};
 use crate::guess::particles::random::Random;
@@ -10,6 +7,7 @@ use crate::guess::particles::walk::walks;
 use crate::guess::particles::{Region, Settings, Spread};
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::{Geometry, Node, Surface};
+use crate::{Vector, parallel};
 
 /// Particles on a surface.
 pub(super) struct Swarm<'a, const D: usize, S: Surface<D>> {
@@ -230,20 +228,12 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         let points: Vec<Vector<D>> = self.particles.iter().map(|p| p.node.point).collect();
         let tree = Tree::new(&points);
         let count = neighbour_count(self.surface.intrinsic_dimension());
-        self.neighbours.resize_with(points.len(), Vec::new);
-        self.neighbours
-            .par_iter_mut()
-            .zip(&points)
-            .zip(0..points.len() as u32)
-            .for_each_init(
-                Vec::new,
-                |found: &mut Vec<Neighbour>, ((list, point), i)| {
-                    tree.nearest(point, count + 1, found);
-                    let near = found.iter().map(|n| tree.order[n.index as usize]);
-                    list.clear();
-                    list.extend(near.filter(|j| *j != i));
-                },
-            );
+        let of = |found: &mut Vec<Neighbour>, i: usize| {
+            tree.nearest(&points[i], count + 1, found);
+            let near = found.iter().map(|n| tree.order[n.index as usize]);
+            near.filter(|j| *j as usize != i).collect()
+        };
+        self.neighbours = parallel::map_with(points.len(), Vec::new, of);
         self.drifted = 0.0;
     }
 
@@ -252,19 +242,14 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
     pub fn step(&mut self, homologous: impl Fn(u32, u32) -> bool + Sync) {
         self.refresh();
         let this = &*self;
-        let moved: Vec<Option<(Node<D, S::Place>, Frame<D>)>> = (0..self.particles.len() as u32)
-            .into_par_iter()
-            .map_init(
-                || Geometry::new(this.codimension()),
-                |scratch, i| {
-                    if this.particles[i as usize].fixed {
-                        return None;
-                    }
-                    let step = this.velocity(i, &homologous);
-                    this.advance(i, &step, scratch)
-                },
-            )
-            .collect();
+        let scratch = || Geometry::new(this.codimension());
+        let moved = parallel::map_with(self.particles.len(), scratch, |scratch, i| {
+            if this.particles[i].fixed {
+                return None;
+            }
+            let step = this.velocity(i as u32, &homologous);
+            this.advance(i as u32, &step, scratch)
+        });
         let mut farthest = 0.0_f64;
         for (i, moved) in moved.into_iter().enumerate() {
             let Some((node, frame)) = moved else {

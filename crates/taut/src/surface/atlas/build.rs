@@ -1,8 +1,7 @@
 //! Building the atlas: a chart for each sheet in each cell of the search tree.
 
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 
-use crate::Vector;
 use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::spatial::tree::{Neighbour, Tree};
@@ -13,6 +12,7 @@ use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
 use crate::surface::atlas::{Atlas, Lists, links, rows, scale, smooth};
+use crate::{Vector, parallel};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
 #[derive(Clone)]
@@ -122,13 +122,11 @@ impl<const D: usize> Draft<D> {
             } else {
                 1
             };
-            cells
-                .par_chunks(together)
-                .map_init(Workspace::default, |workspace, cells| {
-                    subtree(tree, &monomials, gains, cells, workspace)
-                })
-                .flatten_iter()
-                .collect()
+            let groups: Vec<&[Vec<u32>]> = cells.chunks(together).collect();
+            let built = parallel::map_with(groups.len(), Workspace::default, |workspace, i| {
+                subtree(tree, &monomials, gains, groups[i], workspace)
+            });
+            built.into_iter().flatten().collect()
         };
         let mut tree = Tree::new(&cloud.points);
         let mut built = charted(&tree);
@@ -224,7 +222,7 @@ fn grid<const D: usize>(tree: &Tree<D>, intervals: &[f64; D]) -> Vec<Vec<u32>> {
     let mut placed: Vec<([f64; D], u32)> = (0..tree.points.len() as u32)
         .map(|i| (cell(i), i))
         .collect();
-    placed.par_sort_by(|a, b| order(&a.0, &b.0).then(a.1.cmp(&b.1)));
+    placed.par_sort_unstable_by(|a, b| order(&a.0, &b.0).then(a.1.cmp(&b.1)));
     placed
         .chunk_by(|a, b| order(&a.0, &b.0).is_eq())
         .flat_map(|cell| cell.chunks(MOST_POINTS))

@@ -39,7 +39,7 @@ pub(super) fn cover<const D: usize>(draft: &Draft<D>, accuracy: f64) -> Cover<D>
         reaches: draft.built.iter().map(|b| reach(draft, b)).collect(),
     };
     let mut charts: Vec<u32> = (0..all.len() as u32).collect();
-    charts.sort_by_key(|i| all[*i as usize]);
+    charts.sort_unstable_by_key(|i| (all[*i as usize], *i));
     let components = charts.chunk_by(|a, b| all[*a as usize] == all[*b as usize]);
     let (groups, built): (Vec<_>, Vec<_>) = components
         .flat_map(|component| larger.halved(component.to_vec()))
@@ -96,7 +96,7 @@ impl<const D: usize> Larger<'_, D> {
             None => Vector::repeat(1.0),
         };
         let along = |i: &u32| axis.dot(&self.chart(*i).origin);
-        group.sort_by(|a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+        group.sort_unstable_by(|a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
         let high = group.split_off(group.len() / 2);
         (group, high)
     }

@@ -1,8 +1,5 @@
 //! Fitting: an implicit surface F = 0 of a cloud, as smooth as an accuracy allows.
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::surface::Geometry;
@@ -11,6 +8,7 @@ use crate::surface::atlas::build::Draft;
 use crate::surface::atlas::cover::{Cover, cover};
 use crate::surface::atlas::orient::{Orientation, orient, turn};
 use crate::surface::atlas::rim::Rim;
+use crate::{Vector, parallel};
 
 /// How a surface is fitted.
 #[derive(Clone, Copy, Debug, Default)]
@@ -108,16 +106,14 @@ impl<const D: usize> Atlas<D> {
 
     /// The distance of each point of the cloud from its foot; infinite where it has none.
     fn residuals(&self) -> Vec<f64> {
-        let points = self.cloud.points.par_iter().zip(&self.owners);
-        points
-            .map_init(
-                || Geometry::new(D - self.monomials.variables),
-                |scratch, (x, owner)| match self.pulled(x, *owner, scratch) {
-                    Some(node) => (node.point - x).norm(),
-                    None => f64::INFINITY,
-                },
-            )
-            .collect()
+        let points = &self.cloud.points;
+        let scratch = || Geometry::new(D - self.monomials.variables);
+        parallel::map_with(points.len(), scratch, |scratch, i| {
+            match self.pulled(&points[i], self.owners[i], scratch) {
+                Some(node) => (node.point - points[i]).norm(),
+                None => f64::INFINITY,
+            }
+        })
     }
 }
 

@@ -1,12 +1,12 @@
 //! The graph of charts: which continue each other on one sheet, and which meet in a cell.
 
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 
-use crate::Vector;
 use crate::spatial::tree::Tree;
 use crate::surface::atlas::build::Built;
 use crate::surface::atlas::chart::{Chart, ChartJet};
 use crate::surface::atlas::polynomial::Monomials;
+use crate::{Vector, parallel};
 
 /// A chart this many times rougher than usual, and at least [`ROUGH_SPACINGS`], is linked to none.
 const ROUGH: f64 = 5.0;
@@ -43,39 +43,35 @@ pub(super) fn links<const D: usize>(
     tree: &Tree<D>,
 ) -> Vec<Vec<Link>> {
     let usual = Usual::of(built);
-    let mut votes: Vec<Vote> = built
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(i, b)| {
-            let members = b.members.iter().map(|p| (owners[*p as usize], *p));
-            let mut others: Vec<(u32, u32)> = members
-                .filter(|(j, _)| *j != u32::MAX && *j as usize != i)
-                .collect();
-            others.sort_unstable();
-            let shared = others.chunk_by(|a, b| a.0 == b.0);
-            let votes: Vec<Vote> = shared
-                .map(|shared| {
-                    let (i, j) = (i as u32, shared[0].0);
-                    let mut vote = Vote {
-                        pair: (i.min(j), i.max(j)),
-                        shared: shared.len() as u32,
-                        agreeing: 0,
-                        same_side: 0,
-                    };
-                    for (_, p) in shared {
-                        let x = &tree.points[*p as usize];
-                        let other = &built[j as usize].chart;
-                        if let Some(side) = usual.agree(&b.chart, other, x, monomials) {
-                            vote.agreeing += 1;
-                            vote.same_side += i32::from(side);
-                        }
-                    }
-                    vote
-                })
-                .collect();
-            votes
-        })
-        .collect();
+    let of = |i: usize| -> Vec<Vote> {
+        let b = &built[i];
+        let members = b.members.iter().map(|p| (owners[*p as usize], *p));
+        let mut others: Vec<(u32, u32)> = members
+            .filter(|(j, _)| *j != u32::MAX && *j as usize != i)
+            .collect();
+        others.sort_unstable();
+        let shared = others.chunk_by(|a, b| a.0 == b.0);
+        let votes = shared.map(|shared| {
+            let (i, j) = (i as u32, shared[0].0);
+            let mut vote = Vote {
+                pair: (i.min(j), i.max(j)),
+                shared: shared.len() as u32,
+                agreeing: 0,
+                same_side: 0,
+            };
+            for (_, p) in shared {
+                let x = &tree.points[*p as usize];
+                let other = &built[j as usize].chart;
+                if let Some(side) = usual.agree(&b.chart, other, x, monomials) {
+                    vote.agreeing += 1;
+                    vote.same_side += i32::from(side);
+                }
+            }
+            vote
+        });
+        votes.collect()
+    };
+    let mut votes = parallel::map(built.len(), of).concat();
     votes.par_sort_unstable();
     let mut links = vec![Vec::new(); built.len()];
     for votes in votes.chunk_by(|a, b| a.pair == b.pair) {
@@ -155,57 +151,51 @@ pub(super) fn neighbours<const D: usize>(
 ) -> Vec<Vec<Link>> {
     let origin = |i: u32| built[i as usize].chart.origin;
     let gap = |i: u32, j: u32| (origin(i) - origin(j)).norm();
-    let charts = 0..built.len() as u32;
-    let cells: Vec<f64> = charts
-        .clone()
-        .into_par_iter()
-        .map(|i| {
-            let points = built[i as usize].own.iter();
-            let own = points.map(|p| (tree.points[*p as usize] - origin(i)).norm());
-            let halves = links[i as usize].iter().map(|j| 0.5 * gap(i, j.0));
-            own.chain(halves).fold(0.0, f64::max)
-        })
-        .collect();
-    let mut lists: Vec<Vec<Link>> = charts
-        .into_par_iter()
-        .map(|i| {
-            let radius = built[i as usize].chart.radius;
-            let mut reached: Vec<Link> = vec![(i, 1)];
-            let mut next = 0;
-            while let Some((from, side)) = reached.get(next).copied() {
-                next += 1;
-                for (j, turn) in &links[from as usize] {
-                    // Those linked directly are neighbours in the graph at any distance.
-                    let near = from == i || gap(i, *j) < radius + cells[*j as usize];
-                    if near && reached.iter().all(|r| r.0 != *j) {
-                        reached.push((*j, side * turn));
-                    }
+    let cell = |i: usize| {
+        let points = built[i].own.iter();
+        let own = points.map(|p| (tree.points[*p as usize] - origin(i as u32)).norm());
+        let halves = links[i].iter().map(|j| 0.5 * gap(i as u32, j.0));
+        own.chain(halves).fold(0.0, f64::max)
+    };
+    let cells = parallel::map(built.len(), cell);
+    let reached = |i: usize| {
+        let radius = built[i].chart.radius;
+        let i = i as u32;
+        let mut reached: Vec<Link> = vec![(i, 1)];
+        let mut next = 0;
+        while let Some((from, side)) = reached.get(next).copied() {
+            next += 1;
+            for (j, turn) in &links[from as usize] {
+                // Those linked directly are neighbours in the graph at any distance.
+                let near = from == i || gap(i, *j) < radius + cells[*j as usize];
+                if near && reached.iter().all(|r| r.0 != *j) {
+                    reached.push((*j, side * turn));
                 }
             }
-            reached
-        })
-        .collect();
+        }
+        reached
+    };
+    let mut lists = parallel::map(built.len(), reached);
     symmetrise(&mut lists);
-    let count = lists.len() as u32;
-    lists.par_iter_mut().zip(0..count).for_each(|(list, i)| {
-        list[1..].sort_by(|a, b| gap(i, a.0).total_cmp(&gap(i, b.0)).then(a.0.cmp(&b.0)));
-    });
-    lists
+    parallel::map(lists.len(), |i| {
+        let mut list = lists[i].clone();
+        let gap = |j| gap(i as u32, j);
+        list[1..].sort_unstable_by(|a, b| gap(a.0).total_cmp(&gap(b.0)).then(a.0.cmp(&b.0)));
+        list
+    })
 }
 
 /// Adds j to i's list wherever i is in j's.
 fn symmetrise(lists: &mut [Vec<Link>]) {
     let known = &*lists;
-    let missing: Vec<(usize, Link)> = known
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(i, list)| {
-            list.iter()
-                .map(move |(j, side)| (*j as usize, (i as u32, *side)))
-                .filter(|(j, (i, _))| known[*j].iter().all(|k| k.0 != *i))
-        })
-        .collect();
-    for (j, link) in missing {
+    let missing = |i: usize| -> Vec<(usize, Link)> {
+        let links = known[i].iter();
+        links
+            .map(|(j, side)| (*j as usize, (i as u32, *side)))
+            .filter(|(j, (i, _))| known[*j].iter().all(|k| k.0 != *i))
+            .collect()
+    };
+    for (j, link) in parallel::map(known.len(), missing).concat() {
         lists[j].push(link);
     }
 }

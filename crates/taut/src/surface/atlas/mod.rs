@@ -27,9 +27,6 @@ pub use fitted::{Fit, FitSettings};
 pub use implicit::Level;
 pub use model::{Header, Model, ModelChart, RimDisc};
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::geodesics::Geodesics;
@@ -37,6 +34,7 @@ use crate::guess::Guide;
 use crate::guess::graph::Graph;
 use crate::surface::level_set::{self, LevelSet};
 use crate::surface::{Geometry, Node, Surface};
+use crate::{Vector, parallel};
 use chart::Chart;
 use jet::Jet;
 use polynomial::Monomials;
@@ -522,13 +520,10 @@ impl<const D: usize> Geodesics<D, Atlas<D>> {
     #[must_use]
     pub fn of_atlas(atlas: Atlas<D>) -> Self {
         let nodes = atlas.nodes();
-        let lists: Vec<Vec<u32>> = (0..atlas.neighbours.len() as u32)
-            .into_par_iter()
-            .map(|i| {
-                let list = atlas.neighbours.of(i).iter().copied();
-                list.filter(|j| atlas.within_extent(i, *j)).collect()
-            })
-            .collect();
+        let lists: Vec<Vec<u32>> = parallel::map(atlas.neighbours.len(), |i| {
+            let list = atlas.neighbours.of(i as u32).iter().copied();
+            list.filter(|j| atlas.within_extent(i as u32, *j)).collect()
+        });
         let graph = Graph::new(nodes, lists.iter().map(Vec::as_slice));
         Self::with_graph(atlas, graph)
     }

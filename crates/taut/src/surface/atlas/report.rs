@@ -1,7 +1,6 @@
 //! What an atlas knows of its cloud: spacing, noise, other sheets, rims.
 
-use rayon::prelude::*;
-
+use crate::parallel;
 use crate::spatial::tree::Neighbour;
 use crate::surface::atlas::Atlas;
 
@@ -47,11 +46,8 @@ impl<const D: usize> Atlas<D> {
         for chart in &self.charts {
             degrees[usize::from(chart.degree) - 1] += 1;
         }
-        let others: Vec<f64> = (0..self.charts.len() as u32)
-            .into_par_iter()
-            .filter_map(|i| self.other_sheet(i))
-            .collect();
-        let others = sorted(others.into_iter());
+        let others = parallel::map(self.charts.len(), |i| self.other_sheet(i as u32));
+        let others = sorted(others.into_iter().flatten());
         Report {
             intrinsic_dimension: self.monomials.variables,
             charts: self.charts.len(),

@@ -5,12 +5,10 @@
 //! Kirkpatrick, Seidel 1983). In an evenly sampled sheet such a disc does not fit anywhere; along a
 //! rim it rolls. A path may sink into an empty disc only against a force.
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::surface::atlas::Lists;
 use crate::surface::atlas::build::{Built, Draft};
 use crate::surface::atlas::chart::Chart;
+use crate::{Vector, parallel};
 
 /// Radius of the discs in spacings: holes narrower than twice that are not seen.
 pub(crate) const DISC_SPACINGS: f64 = 2.5;
@@ -77,26 +75,23 @@ impl<const D: usize> Rim<D> {
             };
         }
         let directions = directions();
-        let lists: Vec<Vec<Disc<D>>> = charts
-            .par_iter()
-            .zip(0..charts.len() as u32)
-            .map_init(Default::default, |(flat, cells), (built, i)| {
-                let chart = &built.chart;
-                let near = neighbours.of(i).iter().map(|j| &charts[*j as usize]);
-                let points = near.flat_map(|near| &near.own);
-                Vec::clear(flat);
-                flat.extend(points.map(|p| self::flat(chart, &cloud[*p as usize])));
-                // The chart itself is the first of its neighbours.
-                Cells::fill(cells, flat, built.own.len(), chord(chart));
-                let own = built.own.iter().enumerate();
-                let open = own.filter(|(place, _)| !cells.enclosed(&flat[*place]));
-                let discs = open.filter_map(|(place, p)| {
-                    let (x, y) = free_side(chart, place, flat, directions)?;
-                    Some(disc(chart, &cloud[*p as usize], x, y))
-                });
-                discs.collect()
-            })
-            .collect();
+        let of = |(flat, cells): &mut (Vec<Flat>, Cells), i: usize| -> Vec<Disc<D>> {
+            let Built { chart, own, .. } = &charts[i];
+            let near = neighbours.of(i as u32).iter();
+            let points = near.flat_map(|near| &charts[*near as usize].own);
+            flat.clear();
+            flat.extend(points.map(|p| self::flat(chart, &cloud[*p as usize])));
+            // The chart itself is the first of its neighbours.
+            cells.fill(flat, own.len(), chord(chart));
+            let own = own.iter().enumerate();
+            let open = own.filter(|(place, _)| !cells.enclosed(&flat[*place]));
+            let discs = open.filter_map(|(place, p)| {
+                let (x, y) = free_side(chart, place, flat, directions)?;
+                Some(disc(chart, &cloud[*p as usize], x, y))
+            });
+            discs.collect()
+        };
+        let lists = parallel::map_with(charts.len(), Default::default, of);
         let kept = chains(&lists, neighbours);
         let mut kept: Vec<Vec<Disc<D>>> = lists
             .iter()
@@ -215,15 +210,10 @@ fn measure<const D: usize>(lists: &mut [Vec<Disc<D>>], charts: &[Built<D>], neig
         }
         0.5 * (gaps[0] + gaps[1])
     };
-    let shares: Vec<Vec<f64>> = (0..known.len() as u32)
-        .into_par_iter()
-        .map(|i| {
-            known[i as usize]
-                .iter()
-                .map(|disc| share(i, disc))
-                .collect()
-        })
-        .collect();
+    let shares: Vec<Vec<f64>> = parallel::map(known.len(), |i| {
+        let discs = known[i].iter();
+        discs.map(|disc| share(i as u32, disc)).collect()
+    });
     for (disc, share) in lists.iter_mut().flatten().zip(shares.concat()) {
         disc.share = share;
     }

@@ -8,12 +8,10 @@
 //! edge of a curved PN triangle: Vlachos, Peters, Boyd, Mitchell 2001). Charts are then fitted to
 //! all points as usual. Nothing is put at rims.
 
-use rayon::prelude::*;
-
-use crate::Vector;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::rim::DISC_SPACINGS;
 use crate::surface::atlas::sheets::{self, SECTORS};
+use crate::{Vector, parallel};
 
 /// Cosine of the angle from which on two points are seen on opposite sides.
 const OPPOSITE: f64 = -0.5;
@@ -54,10 +52,8 @@ pub(super) fn between<const D: usize>(tree: &Tree<D>, looked_at: &[u32]) -> Vec<
     if D != 3 {
         return Vec::new();
     }
-    let stars: Vec<Option<Star>> = looked_at
-        .par_iter()
-        .map_init(Vec::new, |found, point| star(tree, *point, found))
-        .collect();
+    let of = |found: &mut Vec<Neighbour>, i: usize| star(tree, looked_at[i], found);
+    let stars = parallel::map_with(looked_at.len(), Vec::new, of);
     let star = |point: u32| {
         let place = looked_at.binary_search(&point).ok()?;
         stars[place].as_ref()

@@ -1,13 +1,11 @@
 //! The scale of a chart: how many points it is fitted to, and with which degree.
 
-use rayon::prelude::*;
-
 use crate::spatial::tree::Tree;
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::{STEEPEST, median};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood, Sheet, Workspace};
-use crate::{Matrix, Vector};
+use crate::{Matrix, Vector, parallel};
 
 /// A fit whose scatter exceeds this many spacings is not clean: more points, or fewer, may serve.
 pub(super) const NOISY: f64 = 0.02;
@@ -65,15 +63,13 @@ pub(super) fn gains<const D: usize>(
         .collect();
     let usual = usual_points(monomials);
     let residuals = |wanted: usize| -> Vec<Option<[f64; 2]>> {
-        judged
-            .par_iter()
-            .map_init(Workspace::default, |workspace, cell| {
-                let mut sheet = Sheet::new(tree, monomials, cell[cell.len() / 2]);
-                let neighbourhood = sheet.grow(wanted, workspace)?;
-                let chart = fit_chart(&sheet, &neighbourhood, workspace)?.chart;
-                Some([chart.residual, chart.spacing])
-            })
-            .collect()
+        parallel::map_with(judged.len(), Workspace::default, |workspace, i| {
+            let cell = judged[i];
+            let mut sheet = Sheet::new(tree, monomials, cell[cell.len() / 2]);
+            let neighbourhood = sheet.grow(wanted, workspace)?;
+            let chart = fit_chart(&sheet, &neighbourhood, workspace)?.chart;
+            Some([chart.residual, chart.spacing])
+        })
     };
     let whole = residuals(usual);
     let roughness = whole

@@ -5,8 +5,7 @@
 //! each point become fewer, at an error that grows with the fifth power of the radius and is held far below the
 //! spacing of the points.
 
-use rayon::prelude::*;
-
+use crate::parallel;
 use crate::spatial::tree::Tree;
 use crate::surface::atlas::build::Built;
 use crate::surface::atlas::links::STEEPEST;
@@ -34,14 +33,12 @@ pub(super) fn leaves_a_chart<const D: usize>(
     let mut most = MOST_LEAVES;
     while most > 1 {
         let groups = leaves.len().div_ceil(most);
-        let judged: Vec<bool> = leaves
-            .par_chunks(most)
-            .step_by(groups.div_ceil(JUDGED).max(1))
-            .map_init(Workspace::default, |workspace, group| {
-                large(tree, monomials, group, workspace).is_some()
-            })
-            .collect();
-        if 2 * judged.iter().filter(|smooth| **smooth).count() > judged.len() {
+        let step = groups.div_ceil(JUDGED).max(1);
+        let judged: Vec<&[Vec<u32>]> = leaves.chunks(most).step_by(step).collect();
+        let smooth = parallel::map_with(judged.len(), Workspace::default, |workspace, i| {
+            large(tree, monomials, judged[i], workspace).is_some()
+        });
+        if 2 * smooth.iter().filter(|smooth| **smooth).count() > smooth.len() {
             break;
         }
         most /= 2;

@@ -1,0 +1,118 @@
+//! Sources made ready for rays.
+
+use crate::Vector;
+use crate::error::Error;
+use crate::field::ray::Limits;
+use crate::field::{Fields, Settings, Source};
+use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
+use crate::surface::{Geometry, Node};
+
+/// Sources with what rays and nodes need of them.
+pub(crate) struct Sources<'s, const D: usize, P, F> {
+    pub given: &'s [Source<D, P>],
+    pub frames: Vec<F>,
+    /// The nodes of the graph nearest to them.
+    pub nodes: Vec<Option<u32>>,
+    /// Distances along the graph, which are never too short: of all nodes not farther than the largest.
+    pub bound: Distances,
+}
+
+/// A place that rays leave from.
+pub(crate) struct Origin<'a, const D: usize, P, F> {
+    pub node: &'a Node<D, P>,
+    pub frame: &'a F,
+    /// The nearest node of the graph.
+    pub near: u32,
+    /// The distance there.
+    pub start: f64,
+}
+
+impl<const D: usize, P, F> Sources<'_, D, P, F> {
+    /// Those near a node of the graph, with their indices.
+    pub fn origins(&self) -> impl Iterator<Item = (u32, Origin<'_, D, P, F>)> {
+        (0..self.given.len()).filter_map(|i| {
+            let origin = Origin {
+                node: &self.given[i].node,
+                frame: &self.frames[i],
+                near: self.nodes[i]?,
+                start: self.given[i].start,
+            };
+            Some((i as u32, origin))
+        })
+    }
+
+    /// By how much a distance from a source is shorter than straight through space.
+    pub fn shortfall(&self, source: u32, x: &Vector<D>, distance: f64) -> f64 {
+        let source = &self.given[source as usize];
+        let chord = (source.node.point - x).norm();
+        (source.start + chord - distance).max(0.0)
+    }
+}
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// Sources with their frames, which `frame` finds.
+    pub(crate) fn prepared<'s, F>(
+        &self,
+        given: &'s [Source<D, S::Place>],
+        settings: &Settings,
+        frame: impl Fn(&S, &Node<D, S::Place>, &mut Geometry<D>) -> Option<F>,
+    ) -> Result<Sources<'s, D, S::Place, F>, Error> {
+        let surface = self.geodesics.surface();
+        let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
+        let mut frame_of = |source: &Source<D, S::Place>| {
+            let found = frame(surface, &source.node, &mut geometry);
+            found.ok_or_else(|| Error::NoFoot {
+                point: format!("{:?}", source.node.point.as_slice()),
+                reason: "a source has no tangent space there",
+            })
+        };
+        let frames = given.iter().map(&mut frame_of);
+        let frames: Vec<F> = frames.collect::<Result<_, _>>()?;
+        let mut nodes = Vec::with_capacity(given.len());
+        let mut ways: Vec<(u32, f32)> = Vec::new();
+        for source in given {
+            let entrances = self.geodesics.entrances(&source.node);
+            nodes.push(nearest_entrance(&entrances).map(|nearest| nearest.0));
+            let start = source.start as f32;
+            ways.extend(entrances.iter().map(|(node, way)| (*node, way + start)));
+        }
+        let graph = self.geodesics.graph();
+        let mut bound = Distances::new(graph);
+        // A route along the graph is a few hundredths longer than the geodesic.
+        let longest = (1.2 * settings.max_distance) as f32;
+        bound.search(graph, &ways, |_| 0.0, |_, _| longest);
+        Ok(Sources {
+            given,
+            frames,
+            nodes,
+            bound,
+        })
+    }
+
+    /// Where rays end that start with a distance.
+    pub(crate) fn limits<'l>(
+        &'l self,
+        bound: &'l Distances,
+        start: f64,
+        settings: &Settings,
+    ) -> Limits<'l, D, S::Place> {
+        Limits {
+            graph: self.geodesics.graph(),
+            spacing: &self.spacing,
+            bound: (bound, start),
+            longest: settings.max_distance - start,
+            detail: self.geodesics.surface().detail(),
+            tolerance: self.tolerance(settings),
+            past_conjugate: false,
+            rim: &[],
+            along: false,
+        }
+    }
+}
+
+/// The nearest of the nodes of the graph by which a place is entered.
+pub(crate) fn nearest_entrance(entrances: &[(u32, f32)]) -> Option<(u32, f32)> {
+    let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.copied()
+}
