@@ -24,7 +24,16 @@ pub fn prepare(
 ) -> Result<Box<dyn Prepared>, Failure> {
     let points = read(settings, progress)?;
     let name = settings.file.display().to_string();
-    of_points(&name, &points, &settings.model, ends, progress)
+    let model = &settings.model;
+    match (model.reconstruction, points.dimension) {
+        (Reconstruction::Atlas, dimension) => {
+            with_size!(dimension, of_atlas(&name, &points, model, ends, progress))
+        }
+        (Reconstruction::Mls, 2 | 3) => of_mls(&name, &points, model, ends, progress),
+        (Reconstruction::Mls, found) => Err(Failure::Usage(format!(
+            "--surface mls: found points of {found} coordinates, expected 2 or 3; leave it out"
+        ))),
+    }
 }
 
 /// Reads the points of a file and passes on the reader's notes.
@@ -35,25 +44,6 @@ pub fn read(settings: &CloudSettings, progress: &Progress) -> Result<PointSet, F
         progress.note(&format!("{}: {note}", settings.file.display()));
     }
     Ok(points)
-}
-
-/// A surface through points, with ends located on it; `name` is what errors call the points.
-pub fn of_points(
-    name: &str,
-    points: &PointSet,
-    model: &Model,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    match (model.reconstruction, points.dimension) {
-        (Reconstruction::Atlas, dimension) => {
-            with_size!(dimension, of_atlas(name, points, model, ends, progress))
-        }
-        (Reconstruction::Mls, 2 | 3) => of_mls(name, points, model, ends, progress),
-        (Reconstruction::Mls, found) => Err(Failure::Usage(format!(
-            "--surface mls: found points of {found} coordinates, expected 2 or 3; leave it out"
-        ))),
-    }
 }
 
 /// Refuses a kind of surface on which only paths are found.
@@ -123,7 +113,8 @@ fn intervals<const D: usize>(asked: &[f64], dimension: usize) -> Result<Option<[
     Ok(Some(intervals))
 }
 
-fn of_atlas<const D: usize>(
+/// A surface through points, with ends located on it; `name` is what errors call the points.
+pub fn of_atlas<const D: usize>(
     name: &str,
     points: &PointSet,
     model: &Model,

@@ -65,7 +65,13 @@ impl Roll {
         let exact = rows.map(|[from, to]| unrolled_distance(sheet[from], sheet[to]));
         Ok(Self {
             count: sheet.len(),
-            prepared: clouds::of_points("the roll", &points, &Model::default(), ends, progress)?,
+            prepared: clouds::of_atlas::<3>(
+                "the roll",
+                &points,
+                &Model::default(),
+                ends,
+                progress,
+            )?,
             exact: exact.to_vec(),
         })
     }

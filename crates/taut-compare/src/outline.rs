@@ -26,6 +26,26 @@ impl Outline {
         vec![low, [high[0], low[1]], high, [low[0], high[1]]]
     }
 
+    /// A square of side 2 with two notches from opposite sides that overlap.
+    #[must_use]
+    pub fn notches() -> Self {
+        let ring = vec![
+            [-1.0, -1.0],
+            [-0.4, -1.0],
+            [-0.4, 0.3],
+            [-0.2, 0.3],
+            [-0.2, -1.0],
+            [1.0, -1.0],
+            [1.0, 1.0],
+            [0.4, 1.0],
+            [0.4, -0.3],
+            [0.2, -0.3],
+            [0.2, 1.0],
+            [-1.0, 1.0],
+        ];
+        Self { rings: vec![ring] }
+    }
+
     fn edges(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
         let ring = |ring: &'_ Vec<[f64; 2]>| {
             let ring = ring.clone();

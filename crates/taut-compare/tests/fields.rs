@@ -206,29 +206,10 @@ fn rays_bend_round_a_hole() {
     assert!(covered > 0.95, "{covered}");
 }
 
-/// A square of side 2 with two notches from opposite sides that overlap.
-fn notches() -> Outline {
-    let ring = vec![
-        [-1.0, -1.0],
-        [-0.4, -1.0],
-        [-0.4, 0.3],
-        [-0.2, 0.3],
-        [-0.2, -1.0],
-        [1.0, -1.0],
-        [1.0, 1.0],
-        [0.4, 1.0],
-        [0.4, -0.3],
-        [0.2, -0.3],
-        [0.2, 1.0],
-        [-1.0, 1.0],
-    ];
-    Outline { rings: vec![ring] }
-}
-
 /// Round sharp corners, which points leave uncertain by two or three spacings; nothing crosses a notch.
 #[test]
 fn fields_go_round_notches() {
-    let outline = notches();
+    let outline = Outline::notches();
     let sample = generate::plane(10_000, &outline, 1.0, 1);
     let (field, values) = field(
         &geodesics(&sample.points),

@@ -119,23 +119,8 @@ fn triangle(count: usize) -> Case<3> {
     outlined(count, vec![square, hole], 4.0 - 0.25 * 3_f64.sqrt())
 }
 
-/// A square of side 2 with two notches from opposite sides that overlap.
 fn notches(count: usize) -> Case<3> {
-    let outline = vec![
-        [-1.0, -1.0],
-        [-0.4, -1.0],
-        [-0.4, 0.3],
-        [-0.2, 0.3],
-        [-0.2, -1.0],
-        [1.0, -1.0],
-        [1.0, 1.0],
-        [0.4, 1.0],
-        [0.4, -0.3],
-        [0.2, -0.3],
-        [0.2, 1.0],
-        [-1.0, 1.0],
-    ];
-    outlined(count, vec![outline], 4.0 - 2.0 * 0.2 * 1.3)
+    outlined(count, Outline::notches().rings, 4.0 - 2.0 * 0.2 * 1.3)
 }
 
 /// A sphere with points uniform in the cube round it beside its own, these a hundredth of those.
