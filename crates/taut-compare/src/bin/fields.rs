@@ -3,8 +3,8 @@
 //! with holes, notches, outliers and uneven density `hole:10000 triangle:10000 notches:10000 strewn:10000 uneven:10000`,
 //! and of other dimensions `sphere3:100000 sphere4:100000 spherinder:50000 curve:1000 clifford:100000 roll10:20000`.
 //!
-//! A case is SHAPE:POINTS, and after another colon the noise in spacings or, for the roll, the gap between its layers
-//! in spacings. Prints a line a case: seconds of the atlas, of what all fields share, of the first field at all points
+//! A case is SHAPE:POINTS, and after another colon the noise in spacings, for the roll the gap between its layers in
+//! spacings, and for sheets with holes and notches the seed of the points, of which the first is the source. Prints a line a case: seconds of the atlas, of what all fields share, of the first field at all points
 //! and (best of five) of later ones; relative errors over points at least 5 spacings away; what the estimates cover.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
@@ -78,8 +78,8 @@ fn torus(count: usize) -> Case<3> {
 }
 
 /// A square of side 2 with a round hole of radius 0.4 in its middle, which hides half of it from the source.
-fn hole(count: usize) -> Case<3> {
-    let sample = generate::plane_with_hole(count, 1.0, 0.4, 1);
+fn hole(count: usize, seed: u64) -> Case<3> {
+    let sample = generate::plane_with_hole(count, 1.0, 0.4, seed);
     let truth = (1..count)
         .map(|i| {
             let ends = (&sample.parameters[0], &sample.parameters[i]);
@@ -95,9 +95,9 @@ fn hole(count: usize) -> Case<3> {
 }
 
 /// A part of the square of side 2 with a polygonal edge, of an area.
-fn outlined(count: usize, rings: Vec<Vec<[f64; 2]>>, area: f64) -> Case<3> {
+fn outlined(count: usize, rings: Vec<Vec<[f64; 2]>>, area: f64, seed: u64) -> Case<3> {
     let outline = Outline { rings };
-    let sample = generate::plane(count, &outline, 1.0, 1);
+    let sample = generate::plane(count, &outline, 1.0, seed);
     let places = &sample.parameters;
     let truth = (1..count).zip(outline.distances(places[0], &places[1..]));
     Case {
@@ -109,18 +109,18 @@ fn outlined(count: usize, rings: Vec<Vec<[f64; 2]>>, area: f64) -> Case<3> {
 }
 
 /// A square of side 2 with a triangle of side 1 cut out of its middle.
-fn triangle(count: usize) -> Case<3> {
+fn triangle(count: usize, seed: u64) -> Case<3> {
     let corner = |i: i32| {
         let (sin, cos) = (0.3 + TAU / 3.0 * f64::from(i)).sin_cos();
         [cos / 3_f64.sqrt(), sin / 3_f64.sqrt()]
     };
     let hole = (0..3).map(corner).collect();
     let square = Outline::rectangle([-1.0; 2], [1.0; 2]);
-    outlined(count, vec![square, hole], 4.0 - 0.25 * 3_f64.sqrt())
+    outlined(count, vec![square, hole], 4.0 - 0.25 * 3_f64.sqrt(), seed)
 }
 
-fn notches(count: usize) -> Case<3> {
-    outlined(count, Outline::notches().rings, 4.0 - 2.0 * 0.2 * 1.3)
+fn notches(count: usize, seed: u64) -> Case<3> {
+    outlined(count, Outline::notches().rings, 4.0 - 2.0 * 0.2 * 1.3, seed)
 }
 
 /// A sphere with points uniform in the cube round it beside its own, these a hundredth of those.
@@ -386,13 +386,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let count: usize = parts.next().ok_or("SHAPE:POINTS")?.parse()?;
         let detail: f64 = parts.next().map_or(Ok(0.0), str::parse)?;
         let gap = if detail > 0.0 { detail } else { 8.0 };
+        let seed = if detail > 0.0 { detail as u64 } else { 1 };
         let name = argument.as_str();
         match shape {
             "sphere" => measure(name, &sphere(count, detail), tolerance)?,
             "torus" => measure(name, &torus(count), tolerance)?,
-            "hole" => measure(name, &hole(count), tolerance)?,
-            "triangle" => measure(name, &triangle(count), tolerance)?,
-            "notches" => measure(name, &notches(count), tolerance)?,
+            "hole" => measure(name, &hole(count, seed), tolerance)?,
+            "triangle" => measure(name, &triangle(count, seed), tolerance)?,
+            "notches" => measure(name, &notches(count, seed), tolerance)?,
             "strewn" => measure(name, &strewn(count), tolerance)?,
             "uneven" => measure(name, &uneven(count), tolerance)?,
             "roll" => measure(name, &roll(count, gap), tolerance)?,
