@@ -3,7 +3,7 @@
 use taut::Vector;
 use taut::cloud::Cloud;
 use taut::error::Error;
-use taut::field::{self, Cost, Field, Fields, Logarithm, Source, Value};
+use taut::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut::surface::mls::MovingLeastSquares;
@@ -226,7 +226,7 @@ impl<const D: usize> Locate<D> for Atlas<D> {
 
     fn nearest(
         fields: &Fields<'_, D, Self>,
-        sources: &[Source<D, Self::Place>],
+        sources: Sources<'_, D, Self::Place>,
         count: usize,
         settings: &field::Settings,
     ) -> Result<Field<D>, Error> {

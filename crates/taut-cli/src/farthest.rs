@@ -66,7 +66,7 @@ fn found<const D: usize>(
         surface: name.clone(),
         error,
     };
-    let ends = sites::ends_of_sources(&settings.sources, points.dimension, progress)?;
+    let ends = sites::ends_of_sources("--sources", &settings.sources, points.dimension, progress)?;
     let position = |end: &End| {
         let wrong = |reason: &str| Failure::End {
             end: end.to_string(),

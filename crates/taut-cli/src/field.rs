@@ -6,7 +6,7 @@ mod isolines;
 mod write;
 
 use taut::error::Error;
-use taut::field::{Cost, Field, Fields, Source};
+use taut::field::{Cost, Field, Fields, Sources};
 
 use crate::exit::{Exit, Failure};
 use crate::picture::Levels;
@@ -80,16 +80,27 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(&self) -> Result<Found, Failure> {
         let (settings, ready) = (self.settings, self.ready);
-        let sources = ready.sources(&settings.sources, &settings.starts, self.progress)?;
+        let vertices = settings
+            .is_curve
+            .then(|| ready.vertices(&settings.sources, self.progress))
+            .transpose()?;
+        let points = match vertices {
+            Some(_) => Vec::new(),
+            None => ready.sources(&settings.sources, &settings.starts, self.progress)?,
+        };
         let places = settings.at.as_ref();
         let places = places.map(|file| ready.places(file, self.progress));
         let places = places.transpose()?;
         let refused = |error| ready.refused(error);
         self.progress.step("distances");
         let fields = S::fields(ready.geodesics, self.cost.as_ref()).map_err(refused)?;
-        let field = self
-            .field(&fields, &sources, places.as_ref())
-            .map_err(refused)?;
+        let curve = vertices.map(|vertices| fields.curve(&vertices));
+        let curve = curve.transpose().map_err(refused)?;
+        let sources = curve
+            .as_ref()
+            .map_or_else(|| Sources::from(&points), Sources::from);
+        let field = self.field(&fields, sources, places.as_ref());
+        let field = field.map_err(refused)?;
         let kept = |mut answer: Answer| {
             if let Some(count) = self.settings.nearest {
                 answer.keep_nearest(count);
@@ -120,7 +131,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
         };
         Ok(Found {
             answer,
-            sources: sources.len(),
+            sources: if settings.is_curve { 1 } else { points.len() },
             rows_kept: ready.rows_kept().map(<[usize]>::to_vec),
             drawn,
             isolines,
@@ -145,7 +156,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
     fn field(
         &self,
         fields: &Fields<'_, D, S>,
-        sources: &[Source<D, S::Place>],
+        sources: Sources<'_, D, S::Place>,
         places: Option<&Places<D, S::Place>>,
     ) -> Result<Field<D>, Error> {
         let settings = &self.settings.field;

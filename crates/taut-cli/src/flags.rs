@@ -48,6 +48,7 @@ Examples:
   taut field scan.las --class 2 --sources wells.txt -o ground.las
   taut field torus.npy --source 0 -o distances.npy --isolines lines.vtp
   taut field scan.ply --source 12 --nearest 100 --json
+  taut field scan.ply --curve seam.xyz -o off_seam.ply
   taut field ground.las --class 2 --source 0 --slope hiking --no-go lake.txt --picture walks.png
   taut field --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz
 
@@ -268,12 +269,16 @@ pub struct FieldFlags {
     pub surface: SurfaceFlags,
     /// A point to measure from: a row of the file (the first is 0), or coordinates; repeat it for several
     #[arg(long, value_name = "P", allow_hyphen_values = true)]
-    #[arg(required_unless_present = "sources", conflicts_with = "sources")]
+    #[arg(required_unless_present_any = ["sources", "curve"], conflicts_with = "sources")]
     pub source: Vec<End>,
     /// A file of points to measure from: of text (.txt), rows or coordinates on each line, and behind them
     /// the distance that the source starts with, if any; or a cloud
     #[arg(long, value_name = "FILE")]
     pub sources: Option<PathBuf>,
+    /// A file of the vertices of a curve to measure from, as of sources without values: each is joined to the next
+    /// by the shortest path, and the curve is closed if the last is the first again
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "sources", "start"])]
+    pub curve: Option<PathBuf>,
     /// The distance that a source starts with; repeat it, once for each [default: 0]
     #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = coordinate)]
     pub start: Vec<f64>,

@@ -178,6 +178,16 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         sites.iter().enumerate().map(source).collect()
     }
 
+    /// The vertices of a curve.
+    pub fn vertices(
+        &self,
+        curve: &Sources,
+        progress: &Progress,
+    ) -> Result<Vec<Node<D, S::Place>>, Failure> {
+        let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
+        ends.iter().map(|end| Ok(self.locate(end)?.0)).collect()
+    }
+
     /// The points of a file; a row must have a place on the surface, a point need not.
     pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D, S::Place>, Failure> {
         let sites = sites::of_file(file, self.dimension, progress)?;

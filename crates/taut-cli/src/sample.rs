@@ -59,7 +59,8 @@ pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failu
 }
 
 fn spread(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let ends = |dimension| sites::ends_of_sources(&settings.sources, dimension, progress);
+    let ends =
+        |dimension| sites::ends_of_sources("--sources", &settings.sources, dimension, progress);
     let (name, sampled) = match &settings.source {
         Source::Equations(law) => {
             let sources = ends(law.dimension)?;

@@ -34,8 +34,9 @@ pub fn of_sources(
     }
 }
 
-/// The same where no values may stand behind the sites.
+/// The same where no values may stand behind the sites, which a flag named.
 pub fn ends_of_sources(
+    flag: &str,
     sources: &Sources,
     dimension: usize,
     progress: &Progress,
@@ -43,7 +44,7 @@ pub fn ends_of_sources(
     let sites = of_sources(sources, dimension, progress)?;
     match sites.iter().find_map(|site| site.value) {
         Some(value) => Err(Failure::Usage(format!(
-            "--sources: found the value {value} behind a source, expected none; leave it out"
+            "{flag}: found the value {value} behind a point, expected none; leave it out"
         ))),
         None => Ok(sites.into_iter().map(|site| site.end).collect()),
     }

@@ -2,7 +2,7 @@
 
 use taut::correction;
 use taut::error::Error;
-use taut::field::{self, Cost, Field, Fields, Logarithm, Source, Value};
+use taut::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
 use taut::geodesics::Geodesics;
 use taut::guess::Guide;
 use taut::result::Path;
@@ -97,7 +97,7 @@ pub trait Locate<const D: usize>: Guide<D> {
     /// The field as far as the `count` nearest of the surface's own points, if it has any.
     fn nearest(
         fields: &Fields<'_, D, Self>,
-        sources: &[Source<D, Self::Place>],
+        sources: Sources<'_, D, Self::Place>,
         _count: usize,
         settings: &field::Settings,
     ) -> Result<Field<D>, Error>

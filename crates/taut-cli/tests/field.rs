@@ -383,6 +383,116 @@ fn refusals_say_what_was_expected() {
     }
 }
 
+/// The distance of a point of the unit sphere from its equator.
+fn latitude(point: &[f64; 3]) -> f64 {
+    point[2].asin().abs()
+}
+
+/// The vertices by coordinates and by rows, which are moved onto the surface and lie in it: both one source.
+#[test]
+fn curves_are_sources() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let mut points = sphere(4000, HERE, 7);
+    let ring: Vec<[f64; 3]> = (0..6)
+        .map(|i| {
+            let (sin, cos) = f64::from(i).sin_cos();
+            [cos, sin, 0.0]
+        })
+        .collect();
+    points.extend(&ring);
+    write_points(&file, &points);
+    let by_rows = folder.path().join("rows.txt");
+    std::fs::write(&by_rows, "4000\n4001\n4002\n4003\n4004\n4005\n4000\n").expect("written");
+    let by_points = folder.path().join("ring.xyz");
+    let closed = [&ring[..], &ring[..1]].concat();
+    write_points(&by_points, &closed);
+    for vertices in [&by_rows, &by_points] {
+        let output = taut(&["field", name(&file), "--curve", name(vertices)]);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let found = rows(text(&output.stdout), '\t');
+        assert_eq!(found.len(), points.len());
+        for (row, point) in found.iter().zip(&points) {
+            let off = (row[0] - latitude(point)).abs();
+            // All of the curve is about as far from the poles.
+            let is_polar = latitude(point) > 1.3 && off <= row[1] && off < 0.05;
+            assert!(off < 1e-3 || is_polar, "{row:?} {point:?}");
+            assert!(row[0] >= 0.0 && row[2] == 0.0, "{row:?}");
+        }
+    }
+    let lines = folder.path().join("lines.csv");
+    let picture = folder.path().join("field.png");
+    let told = object(
+        &taut(&[
+            "field",
+            name(&file),
+            "--curve",
+            name(&by_points),
+            "--nearest",
+            "500",
+            "--isolines",
+            name(&lines),
+            "--levels",
+            "0.02,0.1",
+            "--picture",
+            name(&picture),
+            "--json",
+        ]),
+        0,
+    );
+    assert_eq!(number(&told, "sources"), 1.0);
+    assert_eq!(number(&told, "unreached"), 3506.0);
+    assert_eq!(number(&told["isolines"], "lines"), 4.0);
+    assert_eq!(number(&told["isolines"], "closed"), 4.0);
+    assert!(picture.exists());
+    let at = folder.path().join("at.txt");
+    std::fs::write(&at, "0 0 1\n0.6 0 -0.8\n").expect("written");
+    let of_equation = [
+        "field",
+        "--shape",
+        "sphere:1",
+        "--curve",
+        name(&by_points),
+        "--at",
+    ];
+    let output = taut(&[&of_equation[..], &[name(&at)]].concat());
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let found = rows(text(&output.stdout), '\t');
+    let truth = [0.5 * std::f64::consts::PI, 0.8_f64.asin()];
+    for (row, truth) in found.iter().zip(truth) {
+        assert!((row[0] - truth).abs() < 1e-3, "{row:?} {truth}");
+    }
+}
+
+#[test]
+fn curves_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("spheres.xyz");
+    let mut points = sphere(1000, HERE, 7);
+    points.extend(sphere(1000, [5.0, 0.0, 0.0], 8));
+    write_points(&file, &points);
+    let curve = folder.path().join("curve.txt");
+    for (vertices, flags, expected, words) in [
+        (
+            "0\n1\n1500\n",
+            &[][..],
+            3,
+            "no geodesic joins vertices 1 and 2",
+        ),
+        ("0 0.5\n1 0.5\n", &[], 2, "--curve: found the value 0.5"),
+        ("0\n1\n", &["--start", "1"], 2, "--start"),
+        ("0\n1\n", &["--source", "1"], 2, "--source"),
+        ("0\n1\n", &["--dimension", "1"], 3, "dimension"),
+    ] {
+        std::fs::write(&curve, vertices).expect("written");
+        let arguments = ["field", name(&file), "--curve", name(&curve)];
+        let output = taut(&[&arguments, flags].concat());
+        let told = text(&output.stderr);
+        assert_eq!(code(&output), expected, "{vertices:?} {flags:?}: {told}");
+        assert!(told.contains(words), "{vertices:?} {flags:?}: {told}");
+    }
+}
+
 /// A square with a wall across it but for a gap: the way leads through the gap, and slower ground costs more.
 #[test]
 fn costs_and_zones_turn_ways_aside() {

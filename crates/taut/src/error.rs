@@ -89,9 +89,9 @@ pub enum Error {
         /// The surface's dimension.
         dimension: usize,
     },
-    /// Logarithms where distances are not found by rays on a two-dimensional surface.
+    /// Logarithms where distances are not found by rays from points of a two-dimensional surface.
     #[error(
-        "directions at the source are known on smooth surfaces of dimension 2 without costs only"
+        "directions at the source are known of points on smooth surfaces of dimension 2 without costs only"
     )]
     NoDirections,
     /// Isolines on a surface that is not two-dimensional.
@@ -99,6 +99,25 @@ pub enum Error {
     NoIsolines {
         /// The surface's dimension.
         dimension: usize,
+    },
+    /// Curves as sources on a surface that is not two-dimensional.
+    #[error(
+        "curves as sources are for surfaces of dimension 2, this one has dimension {dimension}"
+    )]
+    NoCurves {
+        /// The surface's dimension.
+        dimension: usize,
+    },
+    /// Two vertices of a curve that no geodesic was found between.
+    #[error(
+        "no geodesic joins vertices {edge} and {} of the curve ({reason}); the first is 0",
+        edge + 1
+    )]
+    NoEdge {
+        /// The first of the two, counted from 0.
+        edge: usize,
+        /// How the path between them ended.
+        reason: &'static str,
     },
     /// Another number of costs than rows.
     #[error("found {found} costs for {expected} points; give one for each")]

@@ -13,6 +13,8 @@ use crate::settings::{Source, Sources, coordinate};
 pub struct FieldSettings {
     pub source: Source,
     pub sources: Sources,
+    /// The sources are the vertices of one curve.
+    pub is_curve: bool,
     /// Start values of the sources in their order; none where all are 0.
     pub starts: Vec<f64>,
     /// Points to find distances at, instead of those of the surface.
@@ -84,7 +86,8 @@ impl TryFrom<FieldFlags> for FieldSettings {
         }
         Ok(Self {
             source,
-            sources: Sources::new(flags.source, flags.sources),
+            is_curve: flags.curve.is_some(),
+            sources: Sources::new(flags.source, flags.sources.or(flags.curve)),
             starts: flags.start,
             at: flags.at,
             field: field::Settings {

@@ -8,7 +8,7 @@
 use std::collections::BinaryHeap;
 
 use crate::Vector;
-use crate::field::fan::{Fan, Graze, Sample};
+use crate::field::fan::{Bundle, Fan, Graze, Sample};
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, norm};
 use crate::field::march::Waiting;
@@ -231,7 +231,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                     start: at.distance,
                 };
                 let angles = Some(sector.map(|turn| ahead + turn));
-                let fan = Fan::new(surface, &origin, angles, reachable, &limits(at.distance));
+                let bundle = Bundle::of_point(&origin, angles);
+                let fan = Fan::new(surface, &bundle, reachable, &limits(at.distance));
                 let mut samples = fan.samples();
                 for sample in &mut samples {
                     sample.surface_error += doubt;

@@ -1,9 +1,12 @@
 //! From jets on rays to jets at the nodes of the graph: those of one branch are averaged, those of others
 //! kept apart.
 
+use crate::Vector;
+use crate::field::evaluate::FOCUSED;
 use crate::field::fan::Sample;
 use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, Jet, norm, turned_by};
+use crate::field::jet::{Heading, Jet, norm};
+use crate::field::piece::Piece;
 
 /// A way in which a distance may reach the neighbourhood of a node.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +20,8 @@ pub(crate) struct Branch {
     pub angle_error: f64,
     /// How much shorter than another branch it must be to be believed, for it rests on jets far away.
     pub doubt: f64,
-    /// So near the source that distances are measured from there.
-    pub at_source: bool,
+    /// The piece of the source that distances are measured from, near by.
+    pub piece: Option<u32>,
     /// No ray came by: carried on along the graph.
     pub carried: bool,
 }
@@ -35,11 +38,19 @@ pub(crate) const REACH: f64 = 1.6;
 /// Cosine between directions of one branch, and its distances' largest difference in spacings.
 pub(crate) const SAME_DIRECTION: f64 = 0.98;
 pub(crate) const SAME_DISTANCE: f64 = 0.1;
+/// Rays of a kind that are narrower than this many spacings are not kept apart from others.
+const NARROW: f64 = 1.0;
 /// Jets weigh (r^2 + (NEAREST spacings)^2)^-2.
 pub(crate) const NEAREST: f64 = 0.1;
 pub(crate) const MOST_BRANCHES: usize = 4;
-/// Nodes this near the source, in spacings, measure from there.
+/// Nodes this near a source, in spacings, measure from there.
 pub(crate) const AT_SOURCE: f64 = 0.75;
+/// The same of a curve, and how far off other pieces of it are taken: points whose nearest node this is are nearest to
+/// one of them.
+const AT_CURVE: f64 = 1.25;
+const AROUND: f64 = 1.7;
+/// Rays beside which there are others to one side only are known so many spacings to the other.
+pub(crate) const BEYOND: f64 = 0.01;
 
 /// Jets of one branch being averaged.
 struct Group {
@@ -64,6 +75,8 @@ impl Group {
     fn takes(&self, jet: &Jet, source: u32, spacing: f64) -> bool {
         let (a, b) = (self.first.gradient, jet.gradient);
         self.source == source
+            && (self.first.heading.range == jet.heading.range
+                || (is_narrow(&self.first, spacing) && is_narrow(jet, spacing)))
             && self.first.heading.is_bent() == jet.heading.is_bent()
             && a[0] * b[0] + a[1] * b[1] >= SAME_DIRECTION
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
@@ -78,7 +91,7 @@ impl Group {
         self.gradient[1] += weight * jet.gradient[1];
         self.curvature += weight * jet.curvature;
         self.change += weight * jet.change;
-        let turned = turned_by(self.first.heading.angle, jet.heading.angle);
+        let turned = self.first.heading.turned_to(&jet.heading);
         self.angle += weight * turned;
         self.angle_squares += weight * turned * turned;
         self.turn += weight * jet.heading.turn;
@@ -100,6 +113,7 @@ impl Group {
                     angle: self.first.heading.angle + turned,
                     turn: self.turn * inverse,
                     bow: self.bow * inverse,
+                    range: self.first.heading.range,
                 },
             },
             source: self.source,
@@ -108,19 +122,21 @@ impl Group {
                 .sqrt(),
             error: (self.squares * inverse - mean * mean).max(0.0).sqrt() + self.surface_error,
             doubt: self.doubt,
-            at_source: false,
+            piece: None,
             carried: false,
         }
     }
 }
 
-/// The branches at a node with a frame, least distance first, of the jets near it and of sources beside it.
+/// The branches at a node with a frame, least distance first, of the jets near it and of pieces of sources beside it.
+/// `admits` tells whether a jet carried here may be believed.
 pub(crate) fn branches<'a, const D: usize>(
     frame: &Frame<D>,
     spacing: f64,
     doubt_far: f64,
     near: impl Iterator<Item = (&'a Sample<D>, u32)>,
-    sources: impl Iterator<Item = (&'a Frame<D>, f64, u32)>,
+    admits: impl Fn(&Jet, u32) -> bool,
+    pieces: impl Iterator<Item = (&'a Piece<D>, u32)>,
 ) -> Vec<Branch> {
     let reach = REACH * spacing;
     let mut jets: Vec<(f64, f64, Jet, &Sample<D>, u32)> = near
@@ -128,7 +144,8 @@ pub(crate) fn branches<'a, const D: usize>(
             let squared = (sample.frame.point - frame.point).norm_squared();
             let jet = (squared <= reach * reach)
                 .then(|| sample.jet.carried(&sample.frame, frame))
-                .flatten()?;
+                .flatten()
+                .filter(|jet| admits(jet, source))?;
             let least = NEAREST * spacing;
             let weight =
                 (squared / (spacing * spacing) + least * least / (spacing * spacing)).powi(-2);
@@ -136,6 +153,17 @@ pub(crate) fn branches<'a, const D: usize>(
             Some((weight, doubt, jet, sample, source))
         })
         .collect();
+    // A curve of many short edges is bent as its rays together say.
+    let fronts: Vec<(f64, Vector<D>, Vector<D>)> = jets
+        .iter()
+        .filter(|jet| is_narrow(&jet.2, spacing))
+        .map(|jet| (jet.2.distance, jet.3.frame.point, jet.3.frame.tangents[0]))
+        .collect();
+    // Beyond the last ray of a kind there are rays of another, unless an edge of the surface is in the way.
+    let is_beside = |jet: &Jet| jet.heading.beyond() <= BEYOND * spacing;
+    if jets.iter().any(|jet| is_beside(&jet.2)) {
+        jets.retain(|jet| is_beside(&jet.2));
+    }
     // Straight rays first: there may be many that came round a rough rim.
     jets.sort_by(|a, b| {
         let bent = |jet: &Jet| jet.heading.is_bent();
@@ -169,35 +197,91 @@ pub(crate) fn branches<'a, const D: usize>(
             groups[group].add(&jet, weight);
         }
     }
-    let mut branches: Vec<Branch> = groups.iter().map(Group::branch).collect();
-    for (source, start, index) in sources {
-        let length = norm(source.log(&frame.point, ON_SURFACE));
-        if length > AT_SOURCE * spacing {
-            continue;
+    let of_group = |group: &Group| {
+        let mut branch = group.branch();
+        let narrow = is_narrow(&group.first, spacing);
+        let bent = narrow.then(|| bend(&fronts, &branch.jet, frame, spacing));
+        if let Some(curvature) = bent.flatten() {
+            branch.jet.heading.range = None;
+            (branch.jet.curvature, branch.jet.change) = (curvature, 0.0);
         }
-        branches.retain(|b| {
-            b.source != index || (b.jet.distance - start - length).abs() > SAME_DISTANCE * spacing
-        });
-        let here = Jet {
-            distance: start + length,
-            gradient: [1.0, 0.0],
-            curvature: 0.0,
-            change: 0.0,
-            heading: Heading::default(),
-        };
-        branches.push(Branch {
-            jet: Jet::of_point(source, start, frame).unwrap_or(here),
-            source: index,
-            error: source.log_error(length),
-            angle_error: source.log_error(length) / length.max(f64::MIN_POSITIVE),
-            doubt: 0.0,
-            at_source: true,
-            carried: false,
-        });
-    }
+        branch
+    };
+    let mut branches: Vec<Branch> = groups.iter().map(of_group).collect();
+    add_pieces(&mut branches, &pieces.collect::<Vec<_>>(), frame, spacing);
     branches.sort_by(|a, b| a.believed().total_cmp(&b.believed()));
     if let Some(least) = branches.first().map(|b| b.jet.distance) {
         branches.retain(|b| b.jet.distance <= least + 2.0 * spacing);
     }
     branches
+}
+
+/// Whether the rays of a jet's kind are few beside those of others; where they draw together they know best themselves.
+fn is_narrow(jet: &Jet, spacing: f64) -> bool {
+    jet.heading.width() < NARROW * spacing && jet.curvature * spacing > -FOCUSED
+}
+
+/// The curvature of the front at a jet, by the directions of rays beside it, each with the distance that it says and a point
+/// on it; `None` where they are all on one spot.
+fn bend<const D: usize>(
+    fronts: &[(f64, Vector<D>, Vector<D>)],
+    jet: &Jet,
+    frame: &Frame<D>,
+    spacing: f64,
+) -> Option<f64> {
+    let [a, b] = jet.gradient;
+    let (mut turned, mut squares) = (0.0, 0.0);
+    for (distance, point, ray) in fronts {
+        let ([u, v], [x, y]) = (frame.coordinates(ray), frame.log(point, ON_SURFACE));
+        let turn = (a * v - b * u).atan2(a * u + b * v);
+        let is_same = (distance - jet.distance).abs() <= SAME_DISTANCE * spacing;
+        if is_same && turn.cos() >= SAME_DIRECTION {
+            // Where the ray meets the front.
+            let left = a * y - b * x - (a * x + b * y) * turn;
+            turned += left * turn;
+            squares += left * left;
+        }
+    }
+    (squares > spacing * spacing).then(|| turned / squares)
+}
+
+/// The branches of pieces of sources near a node, which take the place of those that rays from there bring.
+fn add_pieces<const D: usize>(
+    branches: &mut Vec<Branch>,
+    pieces: &[(&Piece<D>, u32)],
+    frame: &Frame<D>,
+    spacing: f64,
+) {
+    let slack = SAME_DISTANCE * spacing;
+    let length = |piece: &Piece<D>| piece.way(&frame.point, ON_SURFACE).length;
+    let of_curve = pieces.iter().filter(|(piece, _)| !piece.is_point());
+    let nearest = of_curve.map(|(piece, _)| length(piece)).reduce(f64::min);
+    let is_at_curve = nearest.is_some_and(|nearest| nearest <= AT_CURVE * spacing);
+    for (piece, index) in pieces {
+        let way = piece.way(&frame.point, ON_SURFACE);
+        let is_near = if piece.is_point() {
+            way.length <= AT_SOURCE * spacing
+        } else {
+            is_at_curve && way.length <= AROUND * spacing
+        };
+        if !is_near {
+            continue;
+        }
+        branches.retain(|b| {
+            let distance = b.jet.distance - piece.start;
+            // All of a curve that is so near is near by in pieces: rays that say so come from beyond it.
+            let is_other = piece.is_point() || distance > AROUND * spacing - slack;
+            let is_same = (distance - way.length).abs() <= slack;
+            b.source != piece.source || b.piece.is_some() || (is_other && !is_same)
+        });
+        branches.push(Branch {
+            jet: piece.jet(frame),
+            source: piece.source,
+            error: piece.error(&way),
+            angle_error: piece.error(&way) / way.length.max(f64::MIN_POSITIVE),
+            doubt: 0.0,
+            piece: Some(*index),
+            carried: false,
+        });
+    }
 }

@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::field::branches::Branch;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
-use crate::field::jet::{bent, direction_at, norm};
+use crate::field::jet::{direction_at, norm};
 use crate::field::manifold::Found;
 use crate::field::sources::nearest_entrance;
 use crate::field::{Field, Fields, Other, ray};
@@ -47,38 +47,52 @@ pub(crate) struct Taken<const D: usize> {
     pub value: Value<D>,
     pub node: u32,
     pub branch: usize,
+    /// How far the point lies beyond the last of the rays that the branch rests on.
+    beyond: f64,
 }
 
 impl<const D: usize> Field<D> {
-    /// The value at a point near a node with its frame; `None` where unreached.
-    fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Option<Taken<D>> {
+    /// The value at a point near a node with its frame, not farther than `most` beyond the rays it rests on; `None` where
+    /// unreached.
+    fn at(
+        &self,
+        node: u32,
+        frame: &Frame<D>,
+        x: &Vector<D>,
+        share: f64,
+        most: f64,
+    ) -> Option<Taken<D>> {
         let v = frame.log(x, share);
         let values = self.branches(node).iter().enumerate();
         let values = values.map(|(index, branch)| {
-            let value = if branch.at_source {
-                self.by_source(branch, x, share)
-            } else {
-                self.by_branch(branch, frame, x, v)
+            let (value, beyond) = match branch.piece {
+                Some(piece) => (self.by_piece(piece, branch, x, share), 0.0),
+                None => {
+                    let beyond = branch.jet.beyond_at(v, frame.gauss);
+                    (self.by_branch(branch, frame, x, v), beyond)
+                }
             };
             let taken = Taken {
                 value,
                 node,
                 branch: index,
+                beyond,
             };
             (value.distance + branch.doubt, taken)
         });
+        let values = values.filter(|(_, taken)| taken.beyond <= most);
         let least = values.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
         (least.value.distance <= self.max_distance).then_some(least)
     }
 
-    fn by_source(&self, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
-        let source = &self.sources[branch.source as usize];
-        let v = source.log(x, share);
+    fn by_piece(&self, piece: u32, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
+        let piece = &self.pieces[piece as usize];
+        let way = piece.way(x, share);
         Value {
-            distance: self.source_starts[branch.source as usize] + norm(v),
-            error: branch.error.max(source.log_error(norm(v))),
+            distance: piece.start + way.length,
+            error: branch.error.max(piece.error(&way)),
             source: branch.source,
-            direction: bent(source, v, v),
+            direction: piece.direction(&way),
         }
     }
 
@@ -87,8 +101,7 @@ impl<const D: usize> Field<D> {
         let carried = branch.jet.distance_at(v, frame.gauss);
         // No branch is longer than along the step, or shorter than straight through space.
         let bound = branch.jet.distance + norm(v);
-        let chord = self.sources[branch.source as usize].point - x;
-        let least = self.source_starts[branch.source as usize] + chord.norm();
+        let least = self.pieces[branch.source as usize].least(x);
         let free = carried.map_or(bound, |carried| carried.min(bound));
         let distance = free.max(least);
         Value {
@@ -181,12 +194,27 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         x: &Vector<D>,
         share: f64,
     ) -> Option<Taken<D>> {
-        let at = |node: u32| field.at(node, self.frames[node as usize].as_ref()?, x, share);
-        let mut taken = at(node);
-        let focused =
-            |branch: &Branch| branch.jet.curvature * self.spacing[node as usize] < -FOCUSED;
+        let at = |node: u32, most: f64| {
+            field.at(node, self.frames[node as usize].as_ref()?, x, share, most)
+        };
+        let beside = || self.adjacent(node).map(|edge| edge.to);
+        let mut taken = at(node, f64::INFINITY);
+        let spacing = self.spacing[node as usize];
+        if let Some(least) = taken.as_mut().filter(|taken| taken.beyond > 0.0) {
+            // Other rays than those it rests on lead to the point: nodes beside know of them. No distance changes by more
+            // than the way back to where both lead.
+            let most = least.value.distance + 2.0 * least.beyond;
+            least.value.error += least.beyond;
+            let others = beside().chain([node]).filter_map(|other| at(other, 0.0));
+            let others = others.filter(|other| other.value.distance <= most);
+            let distance = |taken: &Taken<D>| taken.value.distance;
+            let other = others.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            taken = other.or(taken);
+        }
+        let focused = |branch: &Branch| branch.jet.curvature * spacing < -FOCUSED;
         if field.branches(node).iter().any(focused) {
-            for other in self.adjacent(node).filter_map(|edge| at(edge.to)) {
+            let most = taken.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
+            for other in beside().filter_map(|other| at(other, most)) {
                 let least = taken.as_ref().map_or(f64::INFINITY, |t| t.value.distance);
                 if other.value.distance + other.value.error < least {
                     taken = Some(other);

@@ -1,6 +1,7 @@
 //! A tangent frame with the second fundamental form, and straight steps on the surface seen from it.
 
 use crate::Vector;
+use crate::field::jet::norm;
 use crate::surface::Geometry;
 
 /// A point of a two-dimensional surface, its tangent plane, and how the surface bends there.
@@ -82,6 +83,20 @@ impl<const D: usize> Frame<D> {
             ],
             ..*self
         }
+    }
+
+    /// The frame turned along a vector, its second tangent to the side given.
+    pub fn facing(&self, ahead: &Vector<D>, side: &Vector<D>) -> Option<Self> {
+        let ahead = self.coordinates(ahead);
+        let inverse = norm(ahead).recip();
+        let mut frame = inverse
+            .is_finite()
+            .then(|| self.turned(ahead.map(|a| a * inverse)))?;
+        if frame.tangents[1].dot(side) < 0.0 {
+            frame.tangents[1].neg_mut();
+            frame.second[1].neg_mut();
+        }
+        Some(frame)
     }
 
     /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates:

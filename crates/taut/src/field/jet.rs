@@ -33,6 +33,9 @@ pub(crate) struct Heading {
     pub turn: f64,
     /// Its second derivative along the front.
     pub bow: f64,
+    /// Between which angles there are rays of the kind, where not all round. Of rays that leave a curve square to it
+    /// the angle is their place on it instead.
+    pub range: Option<[f64; 2]>,
 }
 
 impl Heading {
@@ -47,6 +50,27 @@ impl Heading {
     /// The ray came round a rim.
     pub fn is_bent(&self) -> bool {
         self.turn == 0.0
+    }
+
+    /// The angle from this to another of the same kind.
+    pub fn turned_to(&self, other: &Self) -> f64 {
+        if self.range.is_some() {
+            other.angle - self.angle
+        } else {
+            turned_by(self.angle, other.angle)
+        }
+    }
+
+    /// How far along the front it is back to where there are rays of the kind.
+    pub fn beyond(&self) -> f64 {
+        let off = |[from, to]: [f64; 2]| (from - self.angle).max(self.angle - to).max(0.0);
+        self.range.map_or(0.0, |range| off(range) / self.turn.abs())
+    }
+
+    /// How wide the rays of the kind are here.
+    pub fn width(&self) -> f64 {
+        self.range
+            .map_or(f64::INFINITY, |[from, to]| (to - from) / self.turn.abs())
     }
 
     /// The angle this far along the front.
@@ -91,7 +115,7 @@ impl Jet {
                 heading: Heading {
                     angle: v[1].atan2(v[0]),
                     turn: from.handedness(to) * (1.0 + bent / 6.0) / length,
-                    bow: 0.0,
+                    ..Heading::default()
                 },
             }
         })
@@ -133,14 +157,8 @@ impl Jet {
             [g[0] / norm(g), g[1] / norm(g)]
         };
         let curvature = self.curvature + self.change * front;
-        // Along the front itself: it is a circle in the surface of constant curvature.
-        let circle = self.curvature * self.curvature + gauss;
-        let arc = front * (1.0 + circle * front * front / 6.0);
-        let heading = Heading {
-            angle: self.heading.at(arc),
-            turn: hand * (self.heading.turn + arc * self.heading.bow) / growth.spread,
-            bow: self.heading.bow / (growth.spread * growth.spread),
-        };
+        let mut heading = self.heading_after(x, front, growth.spread, gauss);
+        heading.turn *= hand;
         let Growth {
             delta,
             spread,
@@ -154,6 +172,39 @@ impl Jet {
             change: hand * self.change / (spread * spread * spread),
             heading,
         })
+    }
+
+    /// How far along the front it is back from tangent coordinates `v` to where there are rays of the kind.
+    pub fn beyond_at(&self, v: [f64; 2], gauss: f64) -> f64 {
+        let [x, y] = self.split(v);
+        let growth = self
+            .heading
+            .range
+            .and_then(|_| grow(self.curvature, x, y, gauss));
+        growth.map_or(0.0, |growth| {
+            let front = y / growth.spread;
+            self.heading_after(x, front, growth.spread, gauss).beyond()
+        })
+    }
+
+    /// The heading of the ray that leads to a place `ahead` along the gradient, which meets the front so far to the left
+    /// and then spreads.
+    fn heading_after(&self, ahead: f64, front: f64, spread: f64, gauss: f64) -> Heading {
+        // Along the front itself: it is a circle in the surface of constant curvature.
+        let circle = self.curvature * self.curvature + gauss;
+        let arc = if 1.0 + self.curvature * ahead < 0.0 && circle > 0.0 {
+            // Beyond its centre rays come from the far half of it.
+            let sine = (front * circle.sqrt()).abs().min(1.0);
+            (PI - sine.asin()).copysign(front) / circle.sqrt()
+        } else {
+            front * (1.0 + circle * front * front / 6.0)
+        };
+        Heading {
+            angle: self.heading.at(arc),
+            turn: (self.heading.turn + arc * self.heading.bow) / spread,
+            bow: self.heading.bow / (spread * spread),
+            range: self.heading.range,
+        }
     }
 
     /// Along the gradient and to the left of it.

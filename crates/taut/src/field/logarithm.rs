@@ -8,6 +8,7 @@ use crate::field::branches::{Branch, SAME_DIRECTION};
 use crate::field::evaluate::{FOCUSED, Taken, Value};
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, Jet, norm, turned_by};
+use crate::field::piece::Piece;
 use crate::field::{Field, Fields, frame};
 use crate::guess::Guide;
 use crate::parallel;
@@ -38,19 +39,19 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The orthonormal tangents at a source that its logarithms are given in.
     #[must_use]
     pub fn source_tangents(&self, field: &Field<D>, source: u32) -> Option<[Vector<D>; 2]> {
-        field.sources.get(source as usize).map(|s| s.tangents)
+        field.pieces.get(source as usize).map(|s| s.frame.tangents)
     }
 
     /// The logarithm of a node of the surface at its nearest source; `None` where unreached.
     ///
     /// # Errors
-    /// [`Error::NoDirections`] on surfaces of other dimensions than 2, with costs and on rough clouds.
+    /// [`Error::NoDirections`] on surfaces of other dimensions than 2, with costs, on rough clouds and of curves.
     pub fn logarithm(
         &self,
         field: &Field<D>,
         node: &Node<D, S::Place>,
     ) -> Result<Option<Logarithm<D>>, Error> {
-        if field.other.is_some() {
+        if field.other.is_some() || field.is_of_curve() {
             return Err(Error::NoDirections);
         }
         let mut geometry = Geometry::new(D - 2);
@@ -66,8 +67,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let near = self.nearest_node(node)?;
         let taken = self.taken(field, near, &node.point, ON_SURFACE)?;
         let branch = field.branches(taken.node)[taken.branch];
-        let source = &field.sources[branch.source as usize];
-        let length = taken.value.distance - field.source_starts[branch.source as usize];
+        let piece = &field.pieces[branch.source as usize];
+        let (source, length) = (&piece.frame, taken.value.distance - piece.start);
         if length <= 0.0 {
             return Some(Logarithm {
                 vector: [0.0; 2],
@@ -125,29 +126,34 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     ) -> Option<(Jet, f64)> {
         let index = value.source as usize;
         let surface = self.geodesics.surface();
-        let near = field.source_nodes[index]?;
+        let near = field.piece_nodes[index]?;
+        let Piece {
+            frame: source,
+            start: before,
+            ..
+        } = &field.pieces[index];
         let mut start = self.geodesics.graph().nodes[near as usize];
-        start.point = field.sources[index].point;
+        start.point = source.point;
         if !surface.find_place(&start.point, &mut start.place, &mut Geometry::new(D - 2)) {
             return None;
         }
         let settings = correction::Settings::default();
         let path = self.geodesics.path(&start, node, &settings);
-        let length = value.distance - field.source_starts[index];
+        let length = value.distance - before;
         if !path.converged() || (path.length - length).abs() > value.error {
             return None;
         }
-        let ahead = field.sources[index].log(path.points.get(1)?, ON_SURFACE);
+        let ahead = source.log(path.points.get(1)?, ON_SURFACE);
         let back = here.log(path.points.iter().nth_back(1)?, ON_SURFACE);
         let arrival = norm(back);
         let steps = [
-            field.sources[index].log_error(norm(ahead)) / norm(ahead),
+            source.log_error(norm(ahead)) / norm(ahead),
             here.log_error(arrival) / arrival,
         ];
         let heading = Heading {
             angle: ahead[1].atan2(ahead[0]),
             turn: hand,
-            bow: 0.0,
+            ..Heading::default()
         };
         let jet = Jet {
             distance: path.length,
@@ -161,9 +167,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     /// The jet of a branch at a frame near its node.
     fn jet_at(&self, field: &Field<D>, node: u32, branch: &Branch, here: &Frame<D>) -> Option<Jet> {
-        if branch.at_source {
-            let source = &field.sources[branch.source as usize];
-            return Jet::of_point(source, 0.0, here);
+        if let Some(piece) = branch.piece {
+            return Jet::of_point(&field.pieces[piece as usize].frame, 0.0, here);
         }
         let from = self.frames[node as usize].as_ref()?;
         branch.jet.carried(from, here)
@@ -206,7 +211,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// # Errors
     /// As [`logarithm`](Self::logarithm).
     pub fn logarithms(&self, field: &Field<D>) -> Result<Vec<Option<Logarithm<D>>>, Error> {
-        if field.other.is_some() {
+        if field.other.is_some() || field.is_of_curve() {
             return Err(Error::NoDirections);
         }
         let atlas = self.geodesics.surface();

@@ -115,7 +115,7 @@ fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Opti
     Some(Branch {
         jet,
         error: branch.error + (jet.distance - least).max(0.0) + ROUGH * length,
-        at_source: false,
+        piece: None,
         carried: true,
         ..*branch
     })

@@ -1,4 +1,4 @@
-//! Fields of geodesic distances: from one or several sources to everywhere on a two-dimensional surface.
+//! Fields of geodesic distances: from one or several sources, or from a curve, to everywhere on a two-dimensional surface.
 //!
 //! Rays leave the sources, geodesics that carry their Jacobi fields; the nodes of the graph take distance,
 //! gradient and front curvature from the rays near them, and points from their nearest node. This takes the
@@ -30,6 +30,7 @@
 mod bend;
 mod branches;
 mod cost;
+mod curve;
 mod evaluate;
 mod exponential;
 mod fan;
@@ -42,17 +43,20 @@ mod logarithm;
 mod manifold;
 mod march;
 mod nearest;
+mod piece;
 mod ray;
 mod rays;
 mod sources;
 
 pub use cost::{Cost, Slope};
+pub use curve::Curve;
 pub use evaluate::Value;
 pub use exponential::Shot;
 pub use farthest::Farthest;
 pub use isolines::Isoline;
 pub use logarithm::Logarithm;
 pub use nearest::least;
+pub use sources::Sources;
 
 use std::sync::OnceLock;
 
@@ -66,7 +70,7 @@ use crate::surface::{Geometry, Node, Surface};
 use bend::Rims;
 use branches::Branch;
 use frame::Frame;
-use sources::nearest_entrance;
+use piece::Piece;
 
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]
@@ -117,10 +121,10 @@ pub struct Field<const D: usize> {
     /// At each node of the graph, least distance first.
     starts: Vec<u32>,
     branches: Vec<Branch>,
-    sources: Vec<Frame<D>>,
+    /// A source each, or all of one curve.
+    pieces: Vec<Piece<D>>,
     /// The nodes of the graph nearest to them.
-    source_nodes: Vec<Option<u32>>,
-    source_starts: Vec<f64>,
+    piece_nodes: Vec<Option<u32>>,
     max_distance: f64,
     /// All there is on surfaces of other dimensions than 2 and with costs.
     other: Option<Other<D>>,
@@ -138,9 +142,8 @@ impl<const D: usize> Field<D> {
         Self {
             starts: Vec::new(),
             branches: Vec::new(),
-            sources: Vec::new(),
-            source_nodes: Vec::new(),
-            source_starts: Vec::new(),
+            pieces: Vec::new(),
+            piece_nodes: Vec::new(),
             max_distance,
             other: Some(other),
         }
@@ -193,56 +196,40 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         fields
     }
 
-    /// The distance from the nearest of the sources, each with its start value added.
+    /// The distance from the nearest of the sources, each with its start value added: from points, or from a curve.
     ///
     /// Unreached parts of the surface, and those beyond the largest distance, are infinitely far.
     ///
     /// # Errors
     /// [`Error::NoSources`] without any, [`Error::NoFoot`] where a source has no tangent plane.
-    pub fn from(
+    pub fn from<'s>(
         &self,
-        sources: &[Source<D, S::Place>],
+        sources: impl Into<Sources<'s, D, S::Place>>,
+        settings: &Settings,
+    ) -> Result<Field<D>, Error>
+    where
+        S::Place: 's,
+    {
+        self.found(sources.into().simplified(), settings)
+    }
+
+    fn found(
+        &self,
+        sources: Sources<'_, D, S::Place>,
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
-        if sources.is_empty() {
-            return Err(Error::NoSources);
-        }
         if let Some(net) = &self.net {
             return self.by_cost(net, sources, usize::MAX, settings);
         }
-        if !self.any_frames.is_empty() {
-            let found = manifold::find(self, sources, settings)?;
-            return Ok(Field::of_other(
-                Other::Manifold(found),
-                settings.max_distance,
-            ));
-        }
-        self.by_rays(sources, settings)
-    }
-
-    /// The field of least cost, which ends where `enough` points are passed.
-    fn by_cost(
-        &self,
-        net: &cost::Net<D>,
-        sources: &[Source<D, S::Place>],
-        enough: usize,
-        settings: &Settings,
-    ) -> Result<Field<D>, Error> {
-        let origin = |source: &Source<D, S::Place>| {
-            let entrances = self.geodesics.entrances(&source.node);
-            cost::Origin {
-                point: source.node.point,
-                near: nearest_entrance(&entrances).map(|nearest| nearest.0),
-                start: source.start,
+        match sources {
+            Sources::Points([]) => Err(Error::NoSources),
+            Sources::Points(points) if !self.any_frames.is_empty() => {
+                let found = manifold::find(self, points, settings)?;
+                let other = Other::Manifold(found);
+                Ok(Field::of_other(other, settings.max_distance))
             }
-        };
-        let origins: Vec<cost::Origin<D>> = sources.iter().map(origin).collect();
-        let limits = cost::Limits {
-            longest: settings.max_distance,
-            enough,
-        };
-        let found = cost::find(net, &origins, limits)?;
-        Ok(Field::of_other(Other::Cost(found), settings.max_distance))
+            _ => self.by_rays(sources, settings),
+        }
     }
 
     fn tolerance(&self, settings: &Settings) -> f64 {
@@ -358,6 +345,10 @@ fn by_node(near: impl Iterator<Item = u32>, nodes: usize) -> Lists {
 }
 
 impl<const D: usize> Field<D> {
+    fn is_of_curve(&self) -> bool {
+        self.pieces.first().is_some_and(|piece| !piece.is_point())
+    }
+
     /// The branches at a node of the graph, least distance first.
     pub(crate) fn branches(&self, node: u32) -> &[Branch] {
         let i = node as usize;

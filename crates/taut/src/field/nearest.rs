@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 
 use crate::error::Error;
 use crate::field::sources::nearest_entrance;
-use crate::field::{Field, Fields, Settings, Source};
+use crate::field::{Field, Fields, Settings, Source, Sources};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::Node;
@@ -40,13 +40,17 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     ///
     /// # Errors
     /// As [`from`](Self::from).
-    pub fn nearest_of(
+    pub fn nearest_of<'s>(
         &self,
-        sources: &[Source<D, S::Place>],
+        sources: impl Into<Sources<'s, D, S::Place>>,
         nodes: &[Node<D, S::Place>],
         count: usize,
         settings: &Settings,
-    ) -> Result<Field<D>, Error> {
+    ) -> Result<Field<D>, Error>
+    where
+        S::Place: 's,
+    {
+        let sources = sources.into().simplified();
         if self.net.is_some() {
             return self.from(sources, settings);
         }
@@ -60,7 +64,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field as far as `count` of some points lie, each beside a node of the graph at a distance from it.
     fn up_to(
         &self,
-        sources: &[Source<D, S::Place>],
+        sources: Sources<'_, D, S::Place>,
         points: impl Iterator<Item = (u32, f64)>,
         count: usize,
         settings: &Settings,
@@ -71,7 +75,10 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             *points += 1;
             *reach = reach.max(distance);
         }
-        let far = self.far_enough(sources, &beside, count);
+        let far = match sources {
+            Sources::Points(points) => self.far_enough(points, &beside, count),
+            Sources::Curve(curve) => self.far_enough(&self.pieces(curve).0, &beside, count),
+        };
         let settings = Settings {
             max_distance: settings.max_distance.min(far),
             ..*settings
@@ -166,15 +173,13 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     ///
     /// # Errors
     /// As [`from`](Self::from).
-    pub fn nearest(
+    pub fn nearest<'s>(
         &self,
-        sources: &[Source<D, ChartIndex>],
+        sources: impl Into<Sources<'s, D, ChartIndex>>,
         count: usize,
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
-        if sources.is_empty() {
-            return Err(Error::NoSources);
-        }
+        let sources = sources.into().simplified();
         if let Some(net) = &self.net {
             return self.by_cost(net, sources, count, settings);
         }

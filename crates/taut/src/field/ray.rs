@@ -6,7 +6,6 @@
 
 use crate::Vector;
 use crate::field::frame::Frame;
-use crate::field::jet::norm;
 use crate::field::knot::{Knot, between};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
@@ -185,17 +184,25 @@ fn settled<const D: usize>(
 ) -> Option<Frame<D>> {
     let off = geometry.pseudo_inverse(&geometry.values);
     let point = frame.point - off;
-    let ahead = frame.coordinates(v);
-    let inverse = norm(ahead).recip();
-    if !(inverse.is_finite() && off.norm() <= farthest) {
-        return None;
-    }
-    let mut frame = Frame { point, ..frame }.turned(ahead.map(|a| a * inverse));
-    if frame.tangents[1].dot(side) < 0.0 {
-        frame.tangents[1].neg_mut();
-        frame.second[1].neg_mut();
-    }
-    Some(frame)
+    let frame = Frame { point, ..frame }.facing(v, side)?;
+    (off.norm() <= farthest).then_some(frame)
+}
+
+/// A knot put back onto the surface, with the frame there; `None` where the surface has none.
+pub(crate) fn onto<const D: usize, S: Surface<D>>(
+    surface: &S,
+    knot: &Knot<D, S::Place>,
+) -> Option<Knot<D, S::Place>> {
+    let mut geometry = Geometry::new(D - 2);
+    let mut place = knot.place;
+    let frame = frame_at(surface, &knot.frame.point, &mut place, &mut geometry)?;
+    let [ahead, side] = knot.frame.tangents;
+    let frame = settled(frame, &ahead, &side, &geometry, f64::INFINITY)?;
+    Some(Knot {
+        frame,
+        place,
+        ..*knot
+    })
 }
 
 /// The ray halfway between two that leave the source at an angle to each other, at the same length: across

@@ -4,12 +4,15 @@
 use crate::error::Error;
 use crate::field::bend::Grazed;
 use crate::field::branches::{self, Branch};
-use crate::field::fan::{Fan, Sample};
+use crate::field::fan::{Bundle, Fan, Sample};
 use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::norm;
+use crate::field::jet::{Jet, norm};
+use crate::field::piece::Piece;
 use crate::field::ray::Limits;
-use crate::field::{Field, Fields, Settings, Source, by_node, frame, march, sources};
+use crate::field::sources::Prepared;
+use crate::field::{Field, Fields, Settings, Sources, by_node, frame, march};
 use crate::guess::Guide;
+use crate::guess::dijkstra::Distances;
 use crate::parallel;
 use crate::surface::atlas::Lists;
 
@@ -17,68 +20,101 @@ use crate::surface::atlas::Lists;
 /// surface's own error in spacings times this, and at most 1.
 const DOUBT: f64 = 30.0;
 
-/// Sources on a surface of dimension 2.
-type Sources<'s, const D: usize, P> = sources::Sources<'s, D, P, Frame<D>>;
-
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field of some sources.
     pub(crate) fn by_rays(
         &self,
-        given: &[Source<D, S::Place>],
+        given: Sources<'_, D, S::Place>,
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
-        let sources = self.prepared(given, settings, frame)?;
-        let (samples, bent) = self.cast(&sources, settings);
-        let mut lists = self.branches_at_nodes(&sources, &samples);
+        match given {
+            Sources::Points(points) => {
+                let sources = self.prepared(points, settings, frame)?;
+                let piece = |(i, frame): (usize, &Frame<D>)| Piece {
+                    frame: *frame,
+                    half: 0.0,
+                    start: points[i].start,
+                    source: i as u32,
+                };
+                let pieces = sources.frames.iter().enumerate().map(piece).collect();
+                let origins = sources.origins();
+                let bundles = origins.map(|(i, origin)| (Bundle::of_point(&origin, None), i));
+                Ok(self.of_pieces(pieces, &sources, &bundles.collect::<Vec<_>>(), settings))
+            }
+            Sources::Curve(curve) => {
+                let (middles, pieces) = self.pieces(curve);
+                let sources = self.prepared(&middles, settings, frame)?;
+                let bundles = self.bundles(curve).into_iter().map(|bundle| (bundle, 0));
+                Ok(self.of_pieces(pieces, &sources, &bundles.collect::<Vec<_>>(), settings))
+            }
+        }
+    }
+
+    /// The field of sources in pieces, each beside one of the points prepared, by rays, each bundle with its source.
+    fn of_pieces(
+        &self,
+        pieces: Vec<Piece<D>>,
+        sources: &Prepared<'_, D, S::Place, Frame<D>>,
+        bundles: &[(Bundle<'_, D, S::Place>, u32)],
+        settings: &Settings,
+    ) -> Field<D> {
+        let (samples, bent) = self.cast(bundles, &sources.bound, settings);
+        let mut lists = self.branches_at_nodes(&pieces, sources, &samples);
         let graph = self.geodesics.graph();
         march::carry_on(graph, &self.frames, &sources.bound, bent, &mut lists);
-        self.add_errors(&mut lists, self.tolerance(settings));
+        self.add_errors(&pieces, &mut lists, self.tolerance(settings));
         let mut starts = vec![0];
         let mut flat = Vec::new();
         for list in lists {
             flat.extend(list);
             starts.push(flat.len() as u32);
         }
-        Ok(Field {
+        Field {
             starts,
             branches: flat,
-            sources: sources.frames,
-            source_nodes: sources.nodes,
-            source_starts: given.iter().map(|source| source.start).collect(),
+            pieces,
+            piece_nodes: sources.nodes.clone(),
             max_distance: settings.max_distance,
             other: None,
-        })
+        }
     }
 
     /// The jets along all rays, each with its source; whether some bend round rims.
     fn cast(
         &self,
-        sources: &Sources<'_, D, S::Place>,
+        bundles: &[(Bundle<'_, D, S::Place>, u32)],
+        bound: &Distances,
         settings: &Settings,
     ) -> (Vec<(Sample<D>, u32)>, bool) {
         let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
         let limits = |start: f64, along: bool| Limits {
             rim: &self.rims.nodes,
             along,
-            ..self.limits(&sources.bound, start, settings)
+            ..self.limits(bound, start, settings)
         };
-        let reachable = sources.bound.reached().len();
-        let mut samples: Vec<(Sample<D>, u32)> = Vec::new();
-        let mut grazed = Vec::new();
-        for (i, origin) in sources.origins() {
-            let jumping = limits(origin.start, false);
-            let found = Fan::new(surface, &origin, None, reachable, &jumping).samples();
-            samples.extend(found.into_iter().map(|sample| (sample, i)));
+        let reachable = bound.reached().len();
+        let found = parallel::map(bundles.len(), |i| {
+            let (bundle, source) = &bundles[i];
+            let jumping = limits(bundle.start, false);
+            let samples = Fan::new(surface, bundle, reachable, &jumping).samples();
+            let samples: Vec<_> = samples.into_iter().map(|s| (s, *source)).collect();
             // Rays that jump the dents of a rough edge reach more, those that do not find where it is grazed.
+            let mut grazed = Vec::new();
             if !self.rims.nodes.is_empty() {
-                let along = limits(origin.start, true);
-                let found = Fan::new(surface, &origin, None, reachable, &along).grazes();
+                let along = limits(bundle.start, true);
+                let found = Fan::new(surface, bundle, reachable, &along).grazes();
                 grazed.extend(found.into_iter().map(|graze| Grazed {
                     graze,
                     doubt: 0.0,
-                    source: i,
+                    source: *source,
                 }));
             }
+            (samples, grazed)
+        });
+        let (mut samples, mut grazed) = (Vec::new(), Vec::new());
+        for (more, others) in found {
+            samples.extend(more);
+            grazed.extend(others);
         }
         let bent = !grazed.is_empty();
         if bent {
@@ -106,7 +142,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let sample = &samples[*i as usize].0;
             let close = (sample.frame.point - frame.point).norm() <= reach;
             let carried = sample.jet.carried(&sample.frame, frame);
-            carried.filter(|_| close).map(|jet| jet.distance)
+            let near = branches::BEYOND * self.spacing[near as usize];
+            let known = carried.filter(|jet| close && jet.heading.beyond() <= near);
+            known.map(|jet| jet.distance)
         });
         close.fold(f64::INFINITY, f64::min)
     }
@@ -114,7 +152,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The branches of all nodes, each one's least distance first.
     fn branches_at_nodes(
         &self,
-        sources: &Sources<'_, D, S::Place>,
+        pieces: &[Piece<D>],
+        sources: &Prepared<'_, D, S::Place, Frame<D>>,
         samples: &[(Sample<D>, u32)],
     ) -> Vec<Vec<Branch>> {
         let graph = self.geodesics.graph();
@@ -135,13 +174,12 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 (sample, *source)
             });
             let beside = around.iter().flat_map(|n| sources_by_node.of(*n));
-            let beside = beside.map(|i| {
-                let source = *i as usize;
-                (&sources.frames[source], sources.given[source].start, *i)
-            });
-            let mut found = branches::branches(&frame, spacing, doubt, near, beside);
+            let beside = beside.map(|i| (&pieces[*i as usize], *i));
+            let admits = |jet: &Jet, source: u32| pieces[source as usize].admits(jet.distance);
+            let mut found = branches::branches(&frame, spacing, doubt, near, admits, beside);
             for branch in &mut found {
-                let short = sources.shortfall(branch.source, &frame.point, branch.jet.distance);
+                let least = pieces[branch.source as usize].least(&frame.point);
+                let short = (least - branch.jet.distance).max(0.0);
                 branch.jet.distance += short;
                 branch.error += short;
             }
@@ -151,8 +189,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 
     /// Adds what lies between nodes and the tolerance of rays to the errors.
-    fn add_errors(&self, lists: &mut [Vec<Branch>], tolerance: f64) {
-        let errors = parallel::map(lists.len(), |i| self.disagreement(lists, i as u32));
+    fn add_errors(&self, pieces: &[Piece<D>], lists: &mut [Vec<Branch>], tolerance: f64) {
+        let errors = parallel::map(lists.len(), |i| self.disagreement(pieces, lists, i as u32));
         for (list, disagreement) in lists.iter_mut().zip(errors) {
             for branch in list {
                 branch.error += disagreement + tolerance * branch.jet.distance.abs();
@@ -162,7 +200,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
     /// wrong by in between.
-    fn disagreement(&self, lists: &[Vec<Branch>], node: u32) -> f64 {
+    fn disagreement(&self, pieces: &[Piece<D>], lists: &[Vec<Branch>], node: u32) -> f64 {
         let Some(frame) = &self.frames[node as usize] else {
             return 0.0;
         };
@@ -170,9 +208,18 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let there = lists[edge.to as usize].first()?.jet.distance;
             let other = self.frames[edge.to as usize].as_ref()?;
             let v = frame.log(&other.point, ON_SURFACE);
-            let found = lists[node as usize].iter().map(|branch| {
-                let carried = branch.jet.distance_at(v, 0.5 * (frame.gauss + other.gauss));
-                carried.unwrap_or(branch.jet.distance + norm(v))
+            let found = lists[node as usize].iter().filter_map(|branch| {
+                if let Some(piece) = branch.piece.map(|i| &pieces[i as usize]) {
+                    return Some(piece.start + piece.way(&other.point, ON_SURFACE).length);
+                }
+                let gauss = 0.5 * (frame.gauss + other.gauss);
+                let carried = branch.jet.distance_at(v, gauss);
+                let carried = carried.unwrap_or(branch.jet.distance + norm(v));
+                // Rays of other kinds, and from the other side of a curve, are not meant.
+                let most = branches::BEYOND * self.spacing[node as usize];
+                let is_known = branch.jet.beyond_at(v, gauss) <= most
+                    && pieces[branch.source as usize].admits(carried);
+                is_known.then_some(carried)
             });
             Some((found.fold(f64::INFINITY, f64::min) - there).abs())
         });

@@ -1,15 +1,60 @@
-//! Sources made ready for rays.
+//! What distances are measured from, and its points made ready for rays.
 
 use crate::Vector;
 use crate::error::Error;
 use crate::field::ray::Limits;
-use crate::field::{Fields, Settings, Source};
+use crate::field::{Curve, Fields, Settings, Source};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node};
 
+/// What distances are measured from.
+#[derive(Clone, Copy, Debug)]
+pub enum Sources<'s, const D: usize, P> {
+    /// The nearest of some points, each with its start value.
+    Points(&'s [Source<D, P>]),
+    /// The nearest point of a curve, which is one source.
+    Curve(&'s Curve<D, P>),
+}
+
+impl<'s, const D: usize, P> From<&'s [Source<D, P>]> for Sources<'s, D, P> {
+    fn from(points: &'s [Source<D, P>]) -> Self {
+        Self::Points(points)
+    }
+}
+
+impl<'s, const D: usize, P, const N: usize> From<&'s [Source<D, P>; N]> for Sources<'s, D, P> {
+    fn from(points: &'s [Source<D, P>; N]) -> Self {
+        Self::Points(points)
+    }
+}
+
+impl<'s, const D: usize, P> From<&'s Vec<Source<D, P>>> for Sources<'s, D, P> {
+    fn from(points: &'s Vec<Source<D, P>>) -> Self {
+        Self::Points(points)
+    }
+}
+
+impl<'s, const D: usize, P> From<&'s Curve<D, P>> for Sources<'s, D, P> {
+    fn from(curve: &'s Curve<D, P>) -> Self {
+        Self::Curve(curve)
+    }
+}
+
+impl<const D: usize, P> Sources<'_, D, P> {
+    /// A curve that is a point as that point.
+    pub(crate) fn simplified(self) -> Self {
+        match self {
+            Self::Curve(curve) => curve
+                .as_point()
+                .map_or(self, |point| Self::Points(std::slice::from_ref(point))),
+            Self::Points(_) => self,
+        }
+    }
+}
+
 /// Sources with what rays and nodes need of them.
-pub(crate) struct Sources<'s, const D: usize, P, F> {
+pub(crate) struct Prepared<'s, const D: usize, P, F> {
     pub given: &'s [Source<D, P>],
     pub frames: Vec<F>,
     /// The nodes of the graph nearest to them.
@@ -28,7 +73,7 @@ pub(crate) struct Origin<'a, const D: usize, P, F> {
     pub start: f64,
 }
 
-impl<const D: usize, P, F> Sources<'_, D, P, F> {
+impl<const D: usize, P, F> Prepared<'_, D, P, F> {
     /// Those near a node of the graph, with their indices.
     pub fn origins(&self) -> impl Iterator<Item = (u32, Origin<'_, D, P, F>)> {
         (0..self.given.len()).filter_map(|i| {
@@ -57,7 +102,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         given: &'s [Source<D, S::Place>],
         settings: &Settings,
         frame: impl Fn(&S, &Node<D, S::Place>, &mut Geometry<D>) -> Option<F>,
-    ) -> Result<Sources<'s, D, S::Place, F>, Error> {
+    ) -> Result<Prepared<'s, D, S::Place, F>, Error> {
         let surface = self.geodesics.surface();
         let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
         let mut frame_of = |source: &Source<D, S::Place>| {
@@ -82,7 +127,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         // A route along the graph is a few hundredths longer than the geodesic.
         let longest = (1.2 * settings.max_distance) as f32;
         bound.search(graph, &ways, |_| 0.0, |_, _| longest);
-        Ok(Sources {
+        Ok(Prepared {
             given,
             frames,
             nodes,

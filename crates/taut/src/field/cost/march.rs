@@ -29,11 +29,14 @@ const EDGE: f64 = 2.0;
 /// Where costs jump, a way's last step costs more or less by this share of the jump.
 const JUMP: f64 = 0.5;
 
-/// A source: where it lies, a node of the graph beside it, and its start value.
+/// A place of a source: where it lies, a node of the graph beside it, its start value, and the source.
 pub(crate) struct Origin<const D: usize> {
     pub point: Vector<D>,
     pub near: Option<u32>,
     pub start: f64,
+    pub source: u32,
+    /// How far off the next places of the same source are; 0 where there are none.
+    pub gap: f64,
 }
 
 /// The least cost at each point of the net.
@@ -144,7 +147,7 @@ pub(crate) fn find<const D: usize>(
 /// The points beside the sources, reached straight from them.
 fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Label<D>>, Error> {
     let mut labels = vec![Label::none(); net.points.len()];
-    for (source, origin) in (0..).zip(sources) {
+    for origin in sources {
         let Some(chart) = origin.near else { continue };
         let near = net.nearest(&origin.point, chart, NEAR_SOURCE);
         let rate = near.first().map_or(1.0, |i| net.costs[*i as usize]);
@@ -168,13 +171,19 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
             };
             let way = through(&net.target(*point), [&source_itself; 2]);
             let label = &mut labels[*point as usize];
+            let length = way.step.norm();
+            // The source may come nearer halfway to the next place.
+            let nearer = length
+                - (length * length - 0.25 * origin.gap * origin.gap)
+                    .max(0.0)
+                    .sqrt();
             if way.cost < label.cost {
                 *label = Label {
                     cost: way.cost,
                     gradient: way.gradient,
                     step: way.step,
-                    source,
-                    doubt: 0.25 * (there - rate).abs() * way.step.norm(),
+                    source: origin.source,
+                    doubt: 0.25 * (there - rate).abs() * length + rate * nearer,
                     fixed: true,
                 };
             }

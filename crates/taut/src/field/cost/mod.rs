@@ -17,6 +17,49 @@ pub(crate) use net::Net;
 
 use crate::Vector;
 use crate::error::Error;
+use crate::field::sources::nearest_entrance;
+use crate::field::{Field, Fields, Other, Settings, Source, Sources};
+use crate::guess::Guide;
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The field of least cost, which ends where `enough` points are passed.
+    pub(crate) fn by_cost(
+        &self,
+        net: &Net<D>,
+        sources: Sources<'_, D, S::Place>,
+        enough: usize,
+        settings: &Settings,
+    ) -> Result<Field<D>, Error> {
+        let origin = |source: u32, at: &Source<D, S::Place>, gap: f64| {
+            let entrances = self.geodesics.entrances(&at.node);
+            Origin {
+                point: at.node.point,
+                near: nearest_entrance(&entrances).map(|nearest| nearest.0),
+                start: at.start,
+                source,
+                gap,
+            }
+        };
+        let origins: Vec<Origin<D>> = match sources {
+            Sources::Points([]) => return Err(Error::NoSources),
+            Sources::Points(points) => {
+                let points = (0..).zip(points);
+                points.map(|(i, at)| origin(i, at, 0.0)).collect()
+            }
+            Sources::Curve(curve) => {
+                let spacing = |x: &Vector<D>, near: u32| net.spacing_at(x, near);
+                let places = self.places_on(curve, spacing);
+                places.iter().map(|(at, gap)| origin(0, at, *gap)).collect()
+            }
+        };
+        let limits = Limits {
+            longest: settings.max_distance,
+            enough,
+        };
+        let found = find(net, &origins, limits)?;
+        Ok(Field::of_other(Other::Cost(found), settings.max_distance))
+    }
+}
 
 /// What a way costs: the integral of cost per length.
 #[derive(Clone, Debug, Default)]

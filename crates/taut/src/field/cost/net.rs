@@ -148,6 +148,12 @@ impl<const D: usize> Net<D> {
         near.into_iter().map(|n| n.1).collect()
     }
 
+    /// The spacing of the points near `x`, which lies near a node of the graph.
+    pub fn spacing_at(&self, x: &Vector<D>, chart: u32) -> f64 {
+        let nearest = self.nearest(x, chart, 1);
+        nearest.first().map_or(0.0, |i| self.spacing[*i as usize])
+    }
+
     /// A straight step from `x` stays among points that can be passed, the nearest of `near` to each place on it.
     pub fn is_open(&self, x: &Vector<D>, to: &Vector<D>, near: &[u32]) -> bool {
         let passable = |j: &u32| self.costs[*j as usize].is_finite();

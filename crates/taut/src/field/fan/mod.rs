@@ -1,27 +1,24 @@
 //! All the rays that leave a source, as far apart as the nodes of the graph.
 
+mod bundle;
 mod samples;
 
 use std::f64::consts::TAU;
 
-use crate::correction::length::HeightErrors;
-use crate::field::frame::Frame;
 use crate::field::knot::{Knot, between};
 use crate::field::ray::{self, Limits};
-use crate::field::sources::Origin;
 use crate::guess::graph::Graph;
 use crate::parallel;
 use crate::surface::Surface;
+pub(crate) use bundle::Bundle;
 pub(crate) use samples::Sample;
 
-/// Rays that leave every source.
-const FIRST_RAYS: usize = 32;
 /// Rays lie at most this many spacings of the graph's nodes apart, or farther where that is a small share of
 /// the radius of curvature.
 const APART: f64 = 1.5;
 const MOST_APART: f64 = 2.5;
 const RESOLVED: f64 = 0.25;
-/// Neighbouring rays whose directions agree to this are not parted further.
+/// Neighbouring rays that agree to this share of a radian, or of the length that they leave from, are not parted further.
 const NARROWEST: f64 = 1e-9;
 /// Rays looked through for the next one beside a pair, which may be so many times as far off as the pair's.
 const OUTWARDS: usize = 4;
@@ -38,6 +35,7 @@ const MOST_JETS: usize = 16;
 
 /// A ray, with the length from which on it was needed.
 struct Ray<const D: usize, P> {
+    /// What tells it from those beside it: its angle at a point, or where it leaves a curve.
     angle: f64,
     needed_from: f64,
     knots: Vec<Knot<D, P>>,
@@ -115,11 +113,11 @@ impl<const D: usize, P: Copy> Ray<D, P> {
     }
 }
 
-/// The rays that leave a source, all round or between two angles.
+/// The rays of a bundle.
 pub(crate) struct Fan<'a, const D: usize, P> {
     rays: Vec<Ray<D, P>>,
-    /// The last ray has none to its left.
-    is_sector: bool,
+    /// Where rays are told apart between two numbers; the last one then has none to its left.
+    range: Option<[f64; 2]>,
     graph: &'a Graph<D, P>,
     spacing: &'a [f64],
     start: f64,
@@ -139,20 +137,12 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
     /// graph limit their number.
     pub fn new<S: Surface<D, Place = P>>(
         surface: &S,
-        origin: &Origin<D, P, Frame<D>>,
-        angles: Option<[f64; 2]>,
+        bundle: &Bundle<'_, D, P>,
         reachable: usize,
         limits: &Limits<'a, D, P>,
     ) -> Self {
         let shoot = |angle: f64, needed_from: f64, middle: Option<Knot<D, P>>| {
-            let start = middle.unwrap_or_else(|| Knot {
-                length: 0.0,
-                frame: origin.frame.turned([angle.cos(), angle.sin()]),
-                jacobi: [0.0, 1.0],
-                place: origin.node.place,
-                near: origin.near,
-                heights: HeightErrors::default(),
-            });
+            let start = middle.unwrap_or_else(|| (bundle.knot)(angle));
             let (knots, stopped) = ray::shoot(surface, start, limits);
             Ray {
                 angle,
@@ -161,13 +151,13 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
                 stopped,
             }
         };
-        let first = first_angles(angles);
+        let first = &bundle.first;
         let mut fan = Self {
             rays: parallel::map(first.len(), |i| shoot(first[i], 0.0, None)),
-            is_sector: angles.is_some(),
+            range: bundle.range(),
             graph: limits.graph,
             spacing: limits.spacing,
-            start: origin.start,
+            start: bundle.start,
         };
         let mut young = vec![true; fan.rays.len()];
         let mut jets = 0;
@@ -178,7 +168,9 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
             }
             let shot = parallel::map(gaps.len(), |i| {
                 let gap = &gaps[i];
-                let pair = neighbours(&fan.rays, gap.right, gap.angle, gap.begin);
+                let pair = fan.neighbours(gap.right, gap.angle, gap.begin);
+                // What begins at the source itself is known there.
+                let pair = pair.filter(|_| gap.begin > 0.0);
                 let middle = pair.and_then(|[right, left]| {
                     let pair = [(&right.0, right.1), (&left.0, left.1)];
                     ray::halfway(surface, limits.graph, pair, gap.angle)
@@ -195,18 +187,34 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
 
     /// Neighbouring rays, the index of the first, and the angle between them.
     fn pairs(&self) -> impl Iterator<Item = (usize, [&Ray<D, P>; 2], f64)> {
-        let count = self.rays.len();
-        (0..count - usize::from(self.is_sector)).map(move |i| {
-            let (right, left) = (&self.rays[i], &self.rays[(i + 1) % count]);
-            (i, [right, left], (left.angle - right.angle).rem_euclid(TAU))
+        (0..self.rays.len()).filter_map(|i| {
+            let (left, angle) = self.beside(i, 1)?;
+            Some((i, [&self.rays[i], left], angle))
         })
+    }
+
+    /// The ray so many places to the left of another, and the angle from that to it; both are negative to the right.
+    fn beside(&self, index: usize, places: isize) -> Option<(&Ray<D, P>, f64)> {
+        let (here, count) = (&self.rays[index], self.rays.len() as isize);
+        let there = index as isize + places;
+        if self.range.is_some() {
+            let other = self.rays.get(usize::try_from(there).ok()?)?;
+            return Some((other, other.angle - here.angle));
+        }
+        let other = &self.rays[there.rem_euclid(count) as usize];
+        let sign = places.signum() as f64;
+        Some((
+            other,
+            sign * (sign * (other.angle - here.angle)).rem_euclid(TAU),
+        ))
     }
 
     /// Where rays are too far apart, one of the two being young, or part at a rim.
     fn gaps(&self, young: &[bool], along: bool) -> Vec<Gap> {
         let spacing = self.spacing;
+        let narrowest = NARROWEST * self.range.map_or(1.0, |[from, to]| to - from);
         let gap = |(i, [right, left], angle): (usize, [&Ray<D, P>; 2], f64)| {
-            if !(young[i] || young[(i + 1) % young.len()]) || angle <= NARROWEST {
+            if !(young[i] || young[(i + 1) % young.len()]) || angle <= narrowest {
                 return None;
             }
             let parted = |share| {
@@ -253,46 +261,23 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         };
         self.pairs().flat_map(of_pair).flatten().collect()
     }
-}
 
-/// The angles of the first rays.
-fn first_angles(between: Option<[f64; 2]>) -> Vec<f64> {
-    let apart = TAU / FIRST_RAYS as f64;
-    match between {
-        None => (0..FIRST_RAYS).map(|i| apart * i as f64).collect(),
-        Some([from, to]) => {
-            let steps = ((to - from) / apart).ceil().max(1.0);
-            let angle = |i: usize| from + (to - from) * i as f64 / steps;
-            (0..=steps as usize).map(angle).collect()
+    /// Two neighbouring rays at a length, each with the change of J by the angle, from the rays next to them too.
+    fn neighbours(&self, index: usize, angle: f64, length: f64) -> Option<[(Knot<D, P>, f64); 2]> {
+        let right = self.rays[index].at(length)?;
+        let left = self.beside(index, 1)?.0.at(length)?;
+        let mut known = vec![(0.0, right.jacobi[0]), (angle, left.jacobi[0])];
+        let most = OUTWARDS.min(self.rays.len() - 1) as isize;
+        for (from, sign) in [(0, -1), (1, 1)] {
+            let next = (1..=most).find_map(|step| {
+                let (ray, turn) = self.beside(index, from + sign * step)?;
+                let knot = ray.at(length).filter(|knot| knot.jacobi[0] > 0.0)?;
+                Some((turn, knot.jacobi[0]))
+            });
+            known.extend(next.filter(|next| next.0.abs() <= OUTWARDS as f64 * angle));
         }
+        Some([(right, slope_at(&known, 0)), (left, slope_at(&known, 1))])
     }
-}
-
-/// Two neighbouring rays at a length, each with the change of J by the angle, from the rays next to them too.
-fn neighbours<const D: usize, P: Copy>(
-    rays: &[Ray<D, P>],
-    index: usize,
-    angle: f64,
-    length: f64,
-) -> Option<[(Knot<D, P>, f64); 2]> {
-    let count = rays.len();
-    let right = rays[index].at(length)?;
-    let left = rays[(index + 1) % count].at(length)?;
-    let mut known = vec![(0.0, right.jacobi[0]), (angle, left.jacobi[0])];
-    for (from, sign) in [(index, -1.0), (index + 1, 1.0)] {
-        let next = (1..=OUTWARDS.min(count - 1)).find_map(|step| {
-            let ray = &rays[if sign > 0.0 {
-                from + step
-            } else {
-                from + count - step
-            } % count];
-            let turn = sign * (sign * (ray.angle - rays[index].angle)).rem_euclid(TAU);
-            let knot = ray.at(length).filter(|knot| knot.jacobi[0] > 0.0)?;
-            Some((turn, knot.jacobi[0]))
-        });
-        known.extend(next.filter(|next| next.0.abs() <= OUTWARDS as f64 * angle));
-    }
-    Some([(right, slope_at(&known, 0)), (left, slope_at(&known, 1))])
 }
 
 /// The derivative, at one of its nodes, of the polynomial through values at some nodes.

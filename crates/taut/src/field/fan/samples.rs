@@ -1,8 +1,6 @@
 //! The jets along rays that lie side by side.
 
-use std::f64::consts::TAU;
-
-use super::{Fan, Ray};
+use super::Fan;
 use crate::field::frame::Frame;
 use crate::field::jet::{Heading, Jet};
 use crate::field::knot::Knot;
@@ -33,7 +31,10 @@ pub(crate) struct Sample<const D: usize> {
 }
 
 /// The jets along a ray from where on it is needed.
-pub(super) fn samples<const D: usize, P: Copy>(fan: &Fan<D, P>, index: usize) -> Vec<Sample<D>> {
+pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
+    fan: &Fan<D, P>,
+    index: usize,
+) -> Vec<Sample<D>> {
     let (rays, spacing) = (&fan.rays, fan.spacing);
     let mut samples = Vec::new();
     let ray = &rays[index];
@@ -64,7 +65,7 @@ pub(super) fn samples<const D: usize, P: Copy>(fan: &Fan<D, P>, index: usize) ->
             break;
         }
         let least = BESIDE * spacing / j;
-        let found = [false, true].map(|left| beside(rays, index, left, least, length));
+        let found = [-1, 1].map(|side| beside(fan, index, side, least, length));
         let fronts = found.map(|found| {
             let (angle, [spread, slope]) = found?;
             Some((angle * j, slope / spread - curvature))
@@ -85,6 +86,7 @@ pub(super) fn samples<const D: usize, P: Copy>(fan: &Fan<D, P>, index: usize) ->
                     angle: ray.angle,
                     turn: j.recip(),
                     bow: -change(spreads) / (j * j),
+                    range: fan.range,
                 },
             },
             near,
@@ -96,27 +98,26 @@ pub(super) fn samples<const D: usize, P: Copy>(fan: &Fan<D, P>, index: usize) ->
     samples
 }
 
-/// The angle, and J and J' at a length, of a ray to the left or right of another by at least an angle: nearer
-/// ones tell the change of the curvature from its error no better than their distance.
-fn beside<const D: usize, P: Copy>(
-    rays: &[Ray<D, P>],
+/// The angle, and J and J' at a length, of a ray to one side of another by at least an angle: nearer ones tell the
+/// change of the curvature from its error no better than their distance. `side` is 1 to the left, -1 to the right.
+fn beside<const D: usize, P: Copy + Send + Sync>(
+    fan: &Fan<D, P>,
     index: usize,
-    left: bool,
+    side: isize,
     least: f64,
     length: f64,
 ) -> Option<(f64, [f64; 2])> {
-    let count = rays.len();
+    let count = fan.rays.len();
+    let most = if fan.range.is_some() {
+        count
+    } else {
+        count / 4
+    };
     let mut step = 1;
-    while step < count / 4 {
-        let other = if left {
-            index + step
-        } else {
-            index + count - step
-        } % count;
-        let turn = (rays[other].angle - rays[index].angle).rem_euclid(TAU);
-        let turn = if left { turn } else { turn - TAU };
+    while step < most {
+        let (other, turn) = fan.beside(index, side * step as isize)?;
         if turn.abs() >= least
-            && let Some(jacobi) = rays[other].jacobi(length)
+            && let Some(jacobi) = other.jacobi(length)
         {
             return Some((turn, jacobi));
         }

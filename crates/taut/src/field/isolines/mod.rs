@@ -9,7 +9,7 @@ mod walk;
 
 use crate::Vector;
 use crate::error::Error;
-use crate::field::{Field, Fields};
+use crate::field::{Field, Fields, ray};
 use crate::guess::Guide;
 use crate::parallel;
 use crate::surface::atlas::Lists;
@@ -128,18 +128,24 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     ) -> Vec<Spot<D, S::Place>> {
         let graph = self.geodesics.graph();
         let mut spots = Vec::new();
-        for (source, start) in field.sources.iter().zip(&field.source_starts) {
-            let radius = follower.level - start;
-            if radius <= 0.0 || radius > AT_SOURCE * widest {
+        for (piece, near) in field.pieces.iter().zip(&field.piece_nodes) {
+            let (radius, x) = (follower.level - piece.start, &piece.frame.point);
+            let Some(near) = near.filter(|_| radius > 0.0 && radius <= AT_SOURCE * widest) else {
                 continue;
-            }
-            let squared = |x: &Vector<D>| (x - source.point).norm_squared();
-            let nodes = graph.nodes.iter().zip(0..);
-            let nearest = nodes.min_by(|a, b| squared(&a.0.point).total_cmp(&squared(&b.0.point)));
-            let Some((node, near)) = nearest else { break };
+            };
+            let near = ray::nearest(graph, x, near);
             if radius <= AT_SOURCE * self.mean_edge(near) {
-                let x = source.point + source.tangents[0] * radius;
-                spots.extend(follower.on_level(&x, (node.place, near), radius));
+                let place = (graph.nodes[near as usize].place, near);
+                // A point is encircled, to a curve there are two sides.
+                let [along, off] = piece.frame.tangents.map(|tangent| tangent * radius);
+                let steps: &[Vector<D>] = if piece.is_point() {
+                    &[along]
+                } else {
+                    &[off, -off]
+                };
+                for step in steps {
+                    spots.extend(follower.on_level(&(x + step), place, radius));
+                }
             }
         }
         spots

@@ -1,0 +1,239 @@
+//! Curves that distances are measured from: polylines whose edges are shortest geodesics.
+//!
+//! Rays leave the edges to both sides, square to them, and the corners and ends in all directions between: the
+//! nearest point of the curve is the foot of a square or a vertex (Huygens).
+
+mod edge;
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::Vector;
+use crate::correction::length::HeightErrors;
+use crate::error::Error;
+use crate::field::fan::Bundle;
+use crate::field::jet::turned_by;
+use crate::field::knot::Knot;
+use crate::field::piece::Piece;
+use crate::field::sources::Origin;
+use crate::field::{Fields, Source, ray, spacing};
+use crate::guess::Guide;
+use crate::parallel;
+use crate::surface::Node;
+use edge::Edge;
+
+/// A polyline on a surface whose edges are shortest geodesics, made ready to measure distances from.
+#[derive(Clone, Debug)]
+pub struct Curve<const D: usize, P> {
+    /// A point alone has none.
+    edges: Vec<Edge<D, P>>,
+    /// The first vertex.
+    first: Source<D, P>,
+    is_closed: bool,
+}
+
+/// Straight pieces of a curve are at most so many spacings of the graph's nodes long.
+const PIECE: f64 = 0.5;
+/// Rays begin so far apart on it.
+const APART: f64 = 1.5;
+/// Places on it, in spacings of the points, that costs are measured from.
+const DENSE: f64 = 0.1;
+/// Corners that turn by less are none: the fan is nowhere seen between rays.
+const STRAIGHT: f64 = 1e-9;
+
+impl<const D: usize, P> Curve<D, P> {
+    /// Its length, in the input's units; 0 of a point.
+    #[must_use]
+    pub fn length(&self) -> f64
+    where
+        P: Copy,
+    {
+        self.edges.iter().map(Edge::length).sum()
+    }
+
+    /// Its last vertex is its first one.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.is_closed
+    }
+
+    /// The vertex that is all of it.
+    pub(crate) fn as_point(&self) -> Option<&Source<D, P>> {
+        self.edges.is_empty().then_some(&self.first)
+    }
+}
+
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The curve through vertices in their order, each joined to the next by the shortest geodesic. It is closed where the
+    /// last vertex is the first one; vertices that repeat the one before are left out.
+    ///
+    /// A curve that bends is known as well as by its vertices; as many as there are graph nodes along it are enough.
+    ///
+    /// # Errors
+    /// [`Error::NoSources`] without vertices, [`Error::NoCurves`] on surfaces of other dimensions than 2,
+    /// [`Error::NoEdge`] where two vertices are not joined by a geodesic.
+    ///
+    /// A path query for each edge, in parallel.
+    pub fn curve(&self, vertices: &[Node<D, S::Place>]) -> Result<Curve<D, S::Place>, Error> {
+        let dimension = self.geodesics.surface().intrinsic_dimension();
+        if dimension != 2 {
+            return Err(Error::NoCurves { dimension });
+        }
+        let first = vertices.first().ok_or(Error::NoSources)?;
+        let is_new = |i: &usize| vertices[*i].point != vertices[i + 1].point;
+        let joined: Vec<usize> = (0..vertices.len() - 1).filter(is_new).collect();
+        let spacing = spacing(self.geodesics.graph());
+        let edges = parallel::map(joined.len(), |i| {
+            let edge = joined[i];
+            self.edge([&vertices[edge], &vertices[edge + 1]], edge, &spacing)
+        });
+        let edges = edges.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let last = vertices.last().map(|last| last.point);
+        Ok(Curve {
+            is_closed: !edges.is_empty() && last == Some(first.point),
+            edges,
+            first: Source {
+                node: *first,
+                start: 0.0,
+            },
+        })
+    }
+
+    /// Straight pieces of a curve, and their middles.
+    pub(crate) fn pieces(
+        &self,
+        curve: &Curve<D, S::Place>,
+    ) -> (Vec<Source<D, S::Place>>, Vec<Piece<D>>) {
+        let of_edge = |i: usize| {
+            let edge = &curve.edges[i];
+            let cuts = edge.cut(|_, near| PIECE * self.spacing[near as usize]);
+            let piece = |ends: &[f64]| {
+                let middle = self.place_on(edge, 0.5 * (ends[0] + ends[1]));
+                let piece = Piece {
+                    frame: middle.frame,
+                    half: 0.5 * (ends[1] - ends[0]),
+                    start: 0.0,
+                    source: 0,
+                };
+                (source_at(&middle), piece)
+            };
+            cuts.windows(2).map(piece).collect::<Vec<_>>()
+        };
+        let pieces = parallel::map(curve.edges.len(), of_edge);
+        pieces.into_iter().flatten().unzip()
+    }
+
+    /// Places close together all along a curve, from its first to its last vertex, each with how far off the next ones are
+    /// at most; `spacing` is that of the points near a place and its nearest node.
+    pub(crate) fn places_on(
+        &self,
+        curve: &Curve<D, S::Place>,
+        spacing: impl Fn(&Vector<D>, u32) -> f64 + Sync,
+    ) -> Vec<(Source<D, S::Place>, f64)> {
+        let of_edge = |i: usize| {
+            let edge = &curve.edges[i];
+            let cuts = edge.cut(|x, near| DENSE * spacing(x, near));
+            let gaps = cuts.windows(2).map(|ends| ends[1] - ends[0]);
+            let gap = gaps.fold(0.0, f64::max);
+            let places = cuts.iter().map(|cut| self.place_on(edge, *cut));
+            places
+                .map(|place| (source_at(&place), gap))
+                .collect::<Vec<_>>()
+        };
+        parallel::map(curve.edges.len(), of_edge).concat()
+    }
+
+    fn place_on(&self, edge: &Edge<D, S::Place>, length: f64) -> Knot<D, S::Place> {
+        let graph = self.geodesics.graph();
+        let nearest = |x: &Vector<D>, near: u32| ray::nearest(graph, x, near);
+        edge.at(self.geodesics.surface(), &nearest, length)
+    }
+
+    /// The rays that leave a curve.
+    pub(crate) fn bundles<'b>(
+        &'b self,
+        curve: &'b Curve<D, S::Place>,
+    ) -> Vec<Bundle<'b, D, S::Place>> {
+        let sides = |edge: &'b Edge<D, S::Place>| {
+            let cuts = edge.cut(|_, near| APART * self.spacing[near as usize]);
+            [1.0, -1.0].map(|side| self.square(edge, &cuts, side))
+        };
+        let mut bundles: Vec<Bundle<'b, D, S::Place>> =
+            curve.edges.iter().flat_map(sides).collect();
+        let corners = curve.edges.windows(2);
+        bundles.extend(corners.filter_map(|pair| corner(&pair[0], &pair[1])));
+        if let [first, .., last] | [first @ last] = &curve.edges[..] {
+            if curve.is_closed {
+                bundles.extend(corner(last, first));
+            } else {
+                bundles.push(sector(first.ends()[0], [FRAC_PI_2, 3.0 * FRAC_PI_2]));
+                bundles.push(sector(last.ends()[1], [-FRAC_PI_2, FRAC_PI_2]));
+            }
+        }
+        bundles
+    }
+
+    /// The rays to one side of an edge: `side` is 1 to the right, where lengths grow to the left of the rays, and -1 to
+    /// the left.
+    fn square<'b>(
+        &'b self,
+        edge: &'b Edge<D, S::Place>,
+        cuts: &[f64],
+        side: f64,
+    ) -> Bundle<'b, D, S::Place> {
+        let mut first: Vec<f64> = cuts.iter().map(|cut| side * cut).collect();
+        first.sort_by(f64::total_cmp);
+        Bundle {
+            start: 0.0,
+            first,
+            is_round: false,
+            knot: Box::new(move |place| {
+                let along = self.place_on(edge, side * place);
+                Knot {
+                    length: 0.0,
+                    frame: along.frame.turned([0.0, -side]),
+                    jacobi: [1.0, 0.0],
+                    heights: HeightErrors::default(),
+                    ..along
+                }
+            }),
+        }
+    }
+}
+
+/// A place on a curve by itself.
+fn source_at<const D: usize, P: Copy>(knot: &Knot<D, P>) -> Source<D, P> {
+    let node = Node {
+        point: knot.frame.point,
+        place: knot.place,
+    };
+    Source { node, start: 0.0 }
+}
+
+/// The rays that leave the corner between two edges to its outer side, if it turns.
+fn corner<'b, const D: usize, P: Copy + Sync>(
+    before: &'b Edge<D, P>,
+    after: &Edge<D, P>,
+) -> Option<Bundle<'b, D, P>> {
+    let vertex = before.ends()[1];
+    let [x, y] = vertex.frame.coordinates(&after.ends()[0].frame.tangents[0]);
+    let turn = turned_by(0.0, y.atan2(x));
+    let square = if turn > 0.0 { -FRAC_PI_2 } else { FRAC_PI_2 };
+    let angles = [square + turn.min(0.0), square + turn.max(0.0)];
+    (turn.abs() > STRAIGHT).then(|| sector(vertex, angles))
+}
+
+/// The rays that leave a vertex between two angles to the direction of an edge there.
+fn sector<const D: usize, P: Copy + Sync>(
+    vertex: &Knot<D, P>,
+    angles: [f64; 2],
+) -> Bundle<'_, D, P> {
+    Bundle::of_point(
+        &Origin {
+            node: &source_at(vertex).node,
+            frame: &vertex.frame,
+            near: vertex.near,
+            start: 0.0,
+        },
+        Some(angles),
+    )
+}

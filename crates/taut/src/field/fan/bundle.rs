@@ -1,0 +1,68 @@
+//! Rays side by side as they start.
+
+use std::f64::consts::TAU;
+
+use crate::correction::length::HeightErrors;
+use crate::field::frame::Frame;
+use crate::field::knot::Knot;
+use crate::field::sources::Origin;
+
+/// Rays that leave every source.
+const FIRST_RAYS: usize = 32;
+
+/// What rays leave side by side from: a point, in directions told by their angle, or a curve, square to it, from
+/// places told by their arc length. These numbers grow to the left, seen along the rays.
+pub(crate) struct Bundle<'a, const D: usize, P> {
+    /// The distance there.
+    pub start: f64,
+    /// Of the first rays.
+    pub first: Vec<f64>,
+    /// The last ray has the first one to its left.
+    pub is_round: bool,
+    /// The start of a ray.
+    pub knot: Box<dyn Fn(f64) -> Knot<D, P> + Sync + 'a>,
+}
+
+impl<'a, const D: usize, P: Copy + Sync> Bundle<'a, D, P> {
+    /// The rays that leave a point, all round or between two angles.
+    pub fn of_point(origin: &Origin<'_, D, P, Frame<D>>, angles: Option<[f64; 2]>) -> Self
+    where
+        P: 'a,
+    {
+        let (frame, place, near) = (*origin.frame, origin.node.place, origin.near);
+        Self {
+            start: origin.start,
+            first: first_angles(angles),
+            is_round: angles.is_none(),
+            knot: Box::new(move |angle| Knot {
+                length: 0.0,
+                frame: frame.turned([angle.cos(), angle.sin()]),
+                jacobi: [0.0, 1.0],
+                place,
+                near,
+                heights: HeightErrors::default(),
+            }),
+        }
+    }
+
+    /// The range of the numbers that tell rays apart, if it has ends.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let [from, .., to] = self.first[..] else {
+            return None;
+        };
+        (!self.is_round).then_some([from, to])
+    }
+}
+
+/// The angles of the first rays.
+fn first_angles(between: Option<[f64; 2]>) -> Vec<f64> {
+    let apart = TAU / FIRST_RAYS as f64;
+    match between {
+        None => (0..FIRST_RAYS).map(|i| apart * i as f64).collect(),
+        Some([from, to]) => {
+            let steps = ((to - from) / apart).ceil().max(1.0);
+            let angle = |i: usize| from + (to - from) * i as f64 / steps;
+            (0..=steps as usize).map(angle).collect()
+        }
+    }
+}
