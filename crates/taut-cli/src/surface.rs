@@ -137,14 +137,13 @@ struct EndNode<const D: usize, P> {
 }
 
 /// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size costs
-/// compilation; a padded coordinate costs a query some of its speed.
+/// a minute of compilation; a padded coordinate costs a query some of its speed.
 macro_rules! with_size {
     ($dimension:expr, $function:ident $(<$further:ident>)? ($($arguments:tt)*)) => {
         match $dimension {
             0..=3 => $function::<3 $(, $further)?>($($arguments)*),
-            4 => $function::<4 $(, $further)?>($($arguments)*),
-            5..=9 => $function::<9 $(, $further)?>($($arguments)*),
-            10..=16 => $function::<16 $(, $further)?>($($arguments)*),
+            4..=6 => $function::<6 $(, $further)?>($($arguments)*),
+            7..=16 => $function::<16 $(, $further)?>($($arguments)*),
             found => Err(crate::exit::Failure::Usage(format!(
                 "found {found} coordinates a point, expected at most 16; project the points first"
             ))),

@@ -138,31 +138,33 @@ fn open_arc_on_a_sphere() {
     assert!(found.covered > 0.95);
 }
 
-/// A flat square of side 2 and a polyline in it that turns by a right angle, the other way by an obtuse one, and back.
-fn flat() -> (Vec<[f64; 2]>, Vec<[f64; 3]>, Vec<[f64; 2]>) {
+/// A polyline that turns by a right angle, the other way by an obtuse one, and back.
+const POLYLINE: [[f64; 2]; 5] = [
+    [-0.5, -0.4],
+    [0.1, -0.4],
+    [0.1, 0.3],
+    [0.5, 0.6],
+    [0.45, 0.1],
+];
+
+/// A flat square of side 2 with that in it: points by their places and in space.
+fn flat() -> (Vec<[f64; 2]>, Vec<[f64; 3]>) {
     let rings = vec![Outline::rectangle([-1.0; 2], [1.0; 2])];
     let outline = Outline { rings };
     let sample = generate::plane(10_000, &outline, 1.0, 1);
-    let vertices = vec![
-        [-0.5, -0.4],
-        [0.1, -0.4],
-        [0.1, 0.3],
-        [0.5, 0.6],
-        [0.45, 0.1],
-    ];
-    (sample.parameters, sample.points, vertices)
+    (sample.parameters, sample.points)
 }
 
 #[test]
 fn polyline_in_the_plane() {
-    let (places, points, vertices) = flat();
-    let lifted: Vec<_> = vertices.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
+    let (places, points) = flat();
+    let lifted: Vec<_> = POLYLINE.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
     let values = values(&points, &lifted);
-    let found = judged(&values, 0.02, |i| off_polyline(&vertices, places[i]));
+    let found = judged(&values, 0.02, |i| off_polyline(&POLYLINE, places[i]));
     assert!(found.mean < 1e-4 && found.most < 5e-3);
     assert!(found.covered > 0.95);
     for (i, value) in values.iter().enumerate() {
-        let truth = off_polyline(&vertices, places[i]);
+        let truth = off_polyline(&POLYLINE, places[i]);
         let near = truth < 0.02;
         assert!(
             !near || (value.distance - truth).abs() < 1e-8,
@@ -226,18 +228,18 @@ fn noise_and_costs() {
     let found = judged(&noisy_values, SPACING, |i| off_arc(0.5 * PI, clean[i]));
     assert!(found.mean < 1e-2);
 
-    let (places, points, vertices) = flat();
+    let (places, points) = flat();
     let geodesics = geodesics(&points);
     let cost = Cost {
         at_rows: vec![2.0; points.len()],
         ..Cost::default()
     };
     let fields = Fields::with_cost(&geodesics, &cost).expect("costs");
-    let lifted: Vec<_> = vertices.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
+    let lifted: Vec<_> = POLYLINE.iter().map(|[x, y]| [*x, *y, 0.0]).collect();
     let curve = curve(&fields, &geodesics, &lifted);
     let field = fields.from(&curve, &Settings::default()).expect("a field");
     let values = fields.at_points(&field);
-    let found = judged(&values, 0.02, |i| 2.0 * off_polyline(&vertices, places[i]));
+    let found = judged(&values, 0.02, |i| 2.0 * off_polyline(&POLYLINE, places[i]));
     assert!(found.mean < 1e-2);
 }
 
@@ -301,7 +303,7 @@ fn ways_from_curves_bend_round_a_hole() {
 /// The lines about a straight edge are stadiums, also where they lie between it and the points beside it.
 #[test]
 fn isolines_about_an_edge() {
-    let (_, points, _) = flat();
+    let (_, points) = flat();
     let geodesics = geodesics(&points);
     let fields = Fields::of_cloud(&geodesics).expect("fields");
     let edge = curve(&fields, &geodesics, &[[-0.3, 0.0, 0.0], [0.3, 0.1, 0.0]]);
