@@ -2,12 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use crate::outline::Outline;
-use crate::surface::Torus;
+use crate::surface::{StarShaped, Surface, Torus};
 
 /// Points with the two parameters of each.
 pub struct Sample<const D: usize> {
@@ -107,6 +108,23 @@ pub fn ellipsoid(count: usize, semi_axes: [f64; 3], seed: u64) -> Vec<[f64; 3]> 
             }
         })
         .collect()
+}
+
+/// Points of a star-shaped surface; `most` bounds its area for a solid angle, r^2 / cos of the angle between ray and normal.
+pub fn star_shaped(count: usize, shape: &StarShaped, most: f64, seed: u64) -> Vec<[f64; 3]> {
+    let mut random = generator(seed);
+    let draw = |random: &mut Pcg64| {
+        loop {
+            let direction = Vector3::from(unit::<3>(random));
+            let point = shape.point(&direction);
+            let area = point.norm_squared() / shape.normal(&point).dot(&direction);
+            assert!(area <= most, "an area of {area} for a solid angle, at most {most} expected");
+            if random.random::<f64>() * most <= area {
+                return point.into();
+            }
+        }
+    };
+    (0..count).map(|_| draw(&mut random)).collect()
 }
 
 /// Cylinder round the z axis, z from 0 to `height`; parameters are the angle and z.

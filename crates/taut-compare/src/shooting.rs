@@ -137,6 +137,24 @@ impl<'a, S: Surface> Fan<'a, S> {
         result
     }
 
+    /// The length of the shortest geodesic to `q`, if that is not longer than `longest`: as [`geodesics`](Self::geodesics),
+    /// but that only the shortest is followed to the last digits.
+    pub fn distance(&self, q: [f64; 3], longest: f64) -> Option<f64> {
+        let q = Vector3::from(q);
+        let mut rough: Vec<(f64, f64)> = Vec::new();
+        for (angle, length) in self.passages(&q) {
+            // A passage lies within the gap between rays of where the geodesic ends.
+            let gap = 2.0 * RAY_GAP * self.surface.reach();
+            if rough.iter().all(|known| length < known.1 + gap) {
+                rough.extend(self.approach(angle, length, &q));
+            }
+        }
+        rough.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let polished = |(angle, length)| self.polish(angle, length, &q);
+        let (_, _, shortest) = rough.into_iter().find_map(polished)?;
+        (shortest.length <= longest).then_some(shortest.length)
+    }
+
     fn direction(&self, angle: f64) -> Vector3<f64> {
         self.frame[0] * angle.cos() + self.frame[1] * angle.sin()
     }

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
+use num_dual::{Dual2SVec64, DualNum};
 
 use crate::gragg::State;
 
@@ -207,6 +208,96 @@ impl Surface for Ellipsoid {
         };
         // 0.1 % more than the chords: an arc of π in 128 parts is at most 2.6e-5 longer, times the axis ratio.
         1.001 * (0..CHORDS).map(|i| (at(i + 1) - at(i)).norm()).sum::<f64>()
+    }
+}
+
+/// A number with its first and second derivatives by the coordinates of space.
+pub type Dual = Dual2SVec64<3>;
+
+/// A surface round the origin that every ray from there meets once, in space: |x| = radius(x / |x|). Derivatives are
+/// those of dual numbers. State: x, x', J, J'.
+#[derive(Clone, Copy, Debug)]
+pub struct StarShaped {
+    /// The distance from the origin in a direction of unit length.
+    pub radius: fn(&[Dual; 3]) -> Dual,
+    /// What no curvature exceeds the inverse of.
+    pub reach: f64,
+}
+
+impl StarShaped {
+    /// The point in a direction.
+    pub fn point(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        let unit = direction.normalize();
+        let radius = (self.radius)(&[unit.x, unit.y, unit.z].map(Dual::from_re));
+        unit * radius.re
+    }
+
+    /// Gradient and Hessian of |x| - radius(x / |x|).
+    fn derivatives(&self, x: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+        let level = |x: Vector3<Dual>| {
+            let length = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
+            length - (self.radius)(&[x[0] / length, x[1] / length, x[2] / length])
+        };
+        let (_, gradient, hessian) = num_dual::hessian(level, x);
+        (gradient, hessian)
+    }
+}
+
+impl Surface for StarShaped {
+    fn start(&self, point: &Vector3<f64>, direction: &Vector3<f64>) -> State {
+        let x = self.point(point);
+        let normal = self.normal(&x);
+        let t = (direction - normal * normal.dot(direction)).normalize();
+        State::from([x.x, x.y, x.z, t.x, t.y, t.z, 0.0, 1.0])
+    }
+
+    fn derivative(&self, y: &State) -> State {
+        let (x, t) = (self.position(y), self.velocity(y));
+        let (gradient, hessian) = self.derivatives(&x);
+        let steepness = gradient.norm_squared();
+        let bend = gradient * (-t.dot(&(hessian * t)) / steepness);
+        // Gauss curvature of a level set: the gradient's quadratic form of the adjugate of the Hessian.
+        let column = |i: usize| Vector3::from(hessian.column(i));
+        let (a, b, c) = (column(0), column(1), column(2));
+        let adjugate = Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]);
+        let curvature = gradient.dot(&(adjugate * gradient)) / (steepness * steepness);
+        State::from([
+            t.x,
+            t.y,
+            t.z,
+            bend.x,
+            bend.y,
+            bend.z,
+            y[7],
+            -curvature * y[6],
+        ])
+    }
+
+    fn position(&self, y: &State) -> Vector3<f64> {
+        Vector3::new(y[0], y[1], y[2])
+    }
+
+    fn velocity(&self, y: &State) -> Vector3<f64> {
+        Vector3::new(y[3], y[4], y[5])
+    }
+
+    fn normal(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.derivatives(point).0.normalize()
+    }
+
+    fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Over the great circle of directions.
+    fn length_bound(&self, p: &Vector3<f64>, q: &Vector3<f64>) -> f64 {
+        const CHORDS: usize = 256;
+        let (from, to) = (p.normalize(), q.normalize());
+        let at = |i: usize| {
+            let share = i as f64 / CHORDS as f64;
+            self.point(&(from * (1.0 - share) + to * share))
+        };
+        1.01 * (0..CHORDS).map(|i| (at(i + 1) - at(i)).norm()).sum::<f64>()
     }
 }
 

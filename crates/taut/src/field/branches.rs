@@ -14,8 +14,10 @@ pub(crate) struct Branch {
     /// In the node's frame.
     pub jet: Jet,
     pub source: u32,
-    /// Estimated error of the distance.
+    /// Estimated error of the distance at the node.
     pub error: f64,
+    /// By how much the node's branches miss the distances of its neighbours.
+    pub missed: f64,
     /// Estimated error of the angle at the source.
     pub angle_error: f64,
     /// How much shorter than another branch it must be to be believed, for it rests on jets far away.
@@ -65,6 +67,8 @@ struct Group {
     gradient: [f64; 2],
     curvature: f64,
     change: f64,
+    change_error: f64,
+    step_error: f64,
     angle: f64,
     angle_squares: f64,
     turn: f64,
@@ -91,6 +95,8 @@ impl Group {
         self.gradient[1] += weight * jet.gradient[1];
         self.curvature += weight * jet.curvature;
         self.change += weight * jet.change;
+        self.change_error += weight * jet.change_error;
+        self.step_error += weight * jet.step_error;
         let turned = self.first.heading.turned_to(&jet.heading);
         self.angle += weight * turned;
         self.angle_squares += weight * turned * turned;
@@ -98,30 +104,37 @@ impl Group {
         self.bow += weight * jet.heading.bow;
     }
 
-    fn branch(&self) -> Branch {
+    fn branch(&self, spacing: f64) -> Branch {
         let inverse = self.weight.recip();
         let mean = self.distance * inverse;
         let length = norm(self.gradient);
         let turned = self.angle * inverse;
+        let heading = Heading {
+            angle: self.first.heading.angle + turned,
+            turn: self.turn * inverse,
+            bow: self.bow * inverse,
+            range: self.first.heading.range,
+        };
         Branch {
             jet: Jet {
                 distance: self.first.distance + mean,
                 gradient: self.gradient.map(|g| g / length),
                 curvature: self.curvature * inverse,
                 change: self.change * inverse,
-                heading: Heading {
-                    angle: self.first.heading.angle + turned,
-                    turn: self.turn * inverse,
-                    bow: self.bow * inverse,
-                    range: self.first.heading.range,
-                },
+                change_error: self.change_error * inverse,
+                width: [heading.even(spacing); 2],
+                step_error: self.step_error * inverse,
+                heading,
             },
             source: self.source,
+            missed: 0.0,
             angle_error: (self.angle_squares * inverse - turned * turned)
                 .max(0.0)
                 .sqrt(),
-            error: (self.squares * inverse - mean * mean).max(0.0).sqrt() + self.surface_error,
-            doubt: self.doubt,
+            error: (self.squares * inverse - mean * mean).max(0.0).sqrt()
+                + self.step_error * inverse
+                + self.surface_error,
+            doubt: self.doubt + self.step_error * inverse,
             piece: None,
             carried: false,
         }
@@ -187,6 +200,8 @@ pub(crate) fn branches<'a, const D: usize>(
                 gradient: [0.0; 2],
                 curvature: 0.0,
                 change: 0.0,
+                change_error: 0.0,
+                step_error: 0.0,
                 angle: 0.0,
                 angle_squares: 0.0,
                 turn: 0.0,
@@ -198,7 +213,7 @@ pub(crate) fn branches<'a, const D: usize>(
         }
     }
     let of_group = |group: &Group| {
-        let mut branch = group.branch();
+        let mut branch = group.branch(spacing);
         let narrow = is_narrow(&group.first, spacing);
         let bent = narrow.then(|| bend(&fronts, &branch.jet, frame, spacing));
         if let Some(curvature) = bent.flatten() {
@@ -278,6 +293,7 @@ fn add_pieces<const D: usize>(
             jet: piece.jet(frame),
             source: piece.source,
             error: piece.error(&way),
+            missed: 0.0,
             angle_error: piece.error(&way) / way.length.max(f64::MIN_POSITIVE),
             doubt: 0.0,
             piece: Some(*index),

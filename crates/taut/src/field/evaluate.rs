@@ -2,6 +2,7 @@
 
 use crate::Vector;
 use crate::field::branches::Branch;
+use crate::field::doubt::DOUBTFUL;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{direction_at, norm};
 use crate::field::manifold::Found;
@@ -44,17 +45,35 @@ impl<const D: usize> Value<D> {
 
 /// A value with the node's branch that it was taken from.
 pub(crate) struct Taken<const D: usize> {
+    /// Its error is that of the branch alone.
     pub value: Value<D>,
+    /// What it is compared with others by.
+    pub believed: f64,
+    /// By how much the node's branches miss the distances of its neighbours.
+    pub missed: f64,
     pub node: u32,
     pub branch: usize,
     /// How far the point lies beyond the last of the rays that the branch rests on.
-    beyond: f64,
+    pub(super) beyond: f64,
+}
+
+impl<const D: usize> Taken<D> {
+    /// The node's branches agree with its neighbours'.
+    pub(super) fn is_certain(&self) -> bool {
+        self.value.error + self.missed <= DOUBTFUL * self.value.distance
+    }
+
+    /// With what the node's branches miss in the error.
+    pub(super) fn with_missed(mut self) -> Self {
+        self.value.error += self.missed;
+        self
+    }
 }
 
 impl<const D: usize> Field<D> {
     /// The value at a point near a node with its frame, not farther than `most` beyond the rays it rests on; `None` where
     /// unreached.
-    fn at(
+    pub(super) fn at(
         &self,
         node: u32,
         frame: &Frame<D>,
@@ -72,16 +91,18 @@ impl<const D: usize> Field<D> {
                     (self.by_branch(branch, frame, x, v), beyond)
                 }
             };
-            let taken = Taken {
+            let believed = value.distance + branch.doubt + value.error - branch.error;
+            Taken {
                 value,
+                believed,
+                missed: branch.missed,
                 node,
                 branch: index,
                 beyond,
-            };
-            (value.distance + branch.doubt, taken)
+            }
         });
-        let values = values.filter(|(_, taken)| taken.beyond <= most);
-        let least = values.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let values = values.filter(|taken| taken.beyond <= most);
+        let least = values.min_by(|a, b| a.believed.total_cmp(&b.believed))?;
         (least.value.distance <= self.max_distance).then_some(least)
     }
 
@@ -102,14 +123,14 @@ impl<const D: usize> Field<D> {
         // No branch is longer than along the step, or shorter than straight through space.
         let bound = branch.jet.distance + norm(v);
         let least = self.pieces[branch.source as usize].least(x);
-        let free = carried.map_or(bound, |carried| carried.min(bound));
+        let free = carried.map_or(bound, |carried| carried.0.min(bound));
         let distance = free.max(least);
         Value {
             distance,
             error: branch.error
                 + frame.log_error(norm(v))
                 + (distance - free)
-                + carried.map_or(norm(v), |_| 0.0),
+                + carried.map_or(norm(v), |carried| carried.1),
             source: branch.source,
             direction: direction_at(frame, &branch.jet, v),
         }
@@ -212,16 +233,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             taken = other.or(taken);
         }
         let focused = |branch: &Branch| branch.jet.curvature * spacing < -FOCUSED;
-        if field.branches(node).iter().any(focused) {
-            let most = taken.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
-            for other in beside().filter_map(|other| at(other, most)) {
-                let least = taken.as_ref().map_or(f64::INFINITY, |t| t.value.distance);
-                if other.value.distance + other.value.error < least {
-                    taken = Some(other);
-                }
-            }
+        let is_focused = field.branches(node).iter().any(focused);
+        if !is_focused && taken.as_ref().is_some_and(Taken::is_certain) {
+            return taken.map(Taken::with_missed);
         }
-        taken
+        self.second_opinion(field, node, x, share, taken)
     }
 
     fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {

@@ -6,7 +6,6 @@ use crate::field::manifold::ray::{Knot, follow};
 use crate::field::ray::Limits;
 use crate::field::{Fields, Settings};
 use crate::guess::Guide;
-use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node};
 use crate::{Matrix, Vector};
 
@@ -64,11 +63,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let near = self
             .nearest_node(source)
             .ok_or_else(|| refused("no node of the surface is near"))?;
-        let unbounded = Distances::new(self.geodesics.graph());
         let limits = Limits {
-            longest: length,
             past_conjugate: true,
-            ..self.limits(&unbounded, 0.0, settings)
+            ..self.unbounded(length, settings)
         };
         let first = Knot::first(&frame, &direction, source.place, near);
         let tangents = first.frame.tangents;

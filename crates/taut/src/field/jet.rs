@@ -20,6 +20,12 @@ pub(crate) struct Jet {
     pub curvature: f64,
     /// Its derivative along the front, to the left of the gradient in the frame.
     pub change: f64,
+    /// Estimated error of that.
+    pub change_error: f64,
+    /// How far along the front the jet may be used, to the right and to the left of the gradient in the frame.
+    pub width: [f64; 2],
+    /// Estimated error of the distance by the step that carried the jet here.
+    pub step_error: f64,
     pub heading: Heading,
 }
 
@@ -67,6 +73,11 @@ impl Heading {
         self.range.map_or(0.0, |range| off(range) / self.turn.abs())
     }
 
+    /// How far along the front rays spread alike.
+    pub fn even(&self, spacing: f64) -> f64 {
+        (WIDE * spacing).min(EVEN * (self.turn / self.bow).abs())
+    }
+
     /// How wide the rays of the kind are here.
     pub fn width(&self) -> f64 {
         self.range
@@ -79,9 +90,14 @@ impl Heading {
     }
 }
 
+/// A jet may be used so many spacings of the graph's nodes along its front, ...
+pub(crate) const WIDE: f64 = 2.0;
+/// ... and as far as the rays' spread changes by no more than this share.
+const EVEN: f64 = 0.5;
 /// Most curvature of the surface, times the square of the step: more is noise, and the series end.
 const MOST_BENT: f64 = 0.3;
-/// Rays drawing together must not come nearer than this share of their distance in one step.
+/// Rays drawing together must not come nearer than this share of their distance in one step: where they meet there may be
+/// a caustic, which no jet knows to be passed.
 const FOCUS: f64 = 0.1;
 
 /// Square of how much longer than the step the growth may come out.
@@ -99,6 +115,20 @@ pub(crate) struct Growth {
 }
 
 impl Jet {
+    /// A jet of rays that spread as from a point, or along a circle.
+    pub fn new(distance: f64, gradient: [f64; 2], curvature: f64, heading: Heading) -> Self {
+        Self {
+            distance,
+            gradient,
+            curvature,
+            change: 0.0,
+            change_error: 0.0,
+            width: [f64::INFINITY; 2],
+            step_error: 0.0,
+            heading,
+        }
+    }
+
     /// A source at the frame's own point sees `to` at a distance; the jet there, in the frame of `to`.
     pub fn of_point<const D: usize>(from: &Frame<D>, start: f64, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
@@ -107,26 +137,27 @@ impl Jet {
         let inverse = norm(back).recip();
         inverse.is_finite().then(|| {
             let bent = length * length * 0.5 * (from.gauss + to.gauss);
-            Self {
-                distance: start + length,
-                gradient: [-back[0] * inverse, -back[1] * inverse],
-                curvature: (1.0 - bent / 3.0) / length,
-                change: 0.0,
-                heading: Heading {
-                    angle: v[1].atan2(v[0]),
-                    turn: from.handedness(to) * (1.0 + bent / 6.0) / length,
-                    ..Heading::default()
-                },
-            }
+            let heading = Heading {
+                angle: v[1].atan2(v[0]),
+                turn: from.handedness(to) * (1.0 + bent / 6.0) / length,
+                ..Heading::default()
+            };
+            let gradient = [-back[0] * inverse, -back[1] * inverse];
+            let curvature = (1.0 - bent / 3.0) / length;
+            Self::new(start + length, gradient, curvature, heading)
         })
     }
 
-    /// The distance at tangent coordinates `v`; `None` beyond where rays meet.
-    pub fn distance_at(&self, v: [f64; 2], gauss: f64) -> Option<f64> {
+    /// The distance at tangent coordinates `v`, and the estimated error of the step; `None` beyond where rays meet.
+    pub fn distance_at(&self, v: [f64; 2], gauss: f64) -> Option<(f64, f64)> {
         let [x, y] = self.split(v);
         let growth = grow(self.curvature, x, y, gauss)?;
         let front = y / growth.spread;
-        Some(self.distance + growth.delta + self.change * front * front * front / 6.0)
+        let cube = front * front * front / 6.0;
+        self.covers(front).then(|| {
+            let distance = self.distance + growth.delta + self.change * cube;
+            (distance, self.change_error * cube.abs())
+        })
     }
 
     /// The jet carried from its frame to another one.
@@ -137,6 +168,9 @@ impl Jet {
         let gauss = 0.5 * (from.gauss + to.gauss);
         let growth = grow(self.curvature, x, y, gauss)?;
         let front = y / growth.spread;
+        if !self.covers(front) {
+            return None;
+        }
         let hand = from.handedness(to);
         let arrival = norm(back);
         let length = norm(v);
@@ -159,6 +193,7 @@ impl Jet {
         let curvature = self.curvature + self.change * front;
         let mut heading = self.heading_after(x, front, growth.spread, gauss);
         heading.turn *= hand;
+        let [right, left] = self.width;
         let Growth {
             delta,
             spread,
@@ -170,8 +205,26 @@ impl Jet {
             gradient,
             curvature: (curvature * cs - gauss * sn) / (cs + curvature * sn),
             change: hand * self.change / (spread * spread * spread),
+            change_error: self.change_error / (spread * spread * spread),
+            width: if hand > 0.0 { [right, left] } else { [left, right] },
+            step_error: self.change_error * front.abs().powi(3) / 6.0,
             heading,
         })
+    }
+
+    /// The angle at the source of the ray through tangent coordinates `v`; of the jet's own where none is known.
+    pub fn angle_at(&self, v: [f64; 2], gauss: f64) -> f64 {
+        let [x, y] = self.split(v);
+        let growth = grow(self.curvature, x, y, gauss);
+        growth.map_or(self.heading.angle, |growth| {
+            let front = y / growth.spread;
+            self.heading_after(x, front, growth.spread, gauss).angle
+        })
+    }
+
+    /// Whether the jet may be used so far along the front to the left.
+    fn covers(&self, front: f64) -> bool {
+        -self.width[0] <= front && front <= self.width[1]
     }
 
     /// How far along the front it is back from tangent coordinates `v` to where there are rays of the kind.
@@ -226,8 +279,7 @@ pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
     let reached = x * sine + kappa * squared * versine;
     let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
     // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
-    let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
-    if discriminant <= least || discriminant.is_nan() {
+    if 1.0 + kappa * x < FOCUS || discriminant <= 0.0 || discriminant.is_nan() {
         return None;
     }
     let spread = discriminant.sqrt();
@@ -303,13 +355,9 @@ mod tests {
                 let from = frame(base);
                 let distance = angle(&from.point);
                 let away = from.coordinates(&-pole.point);
-                let jet = Jet {
-                    distance,
-                    gradient: away.map(|a| a / norm(away)),
-                    curvature: distance.cos() / distance.sin(),
-                    change: 0.0,
-                    heading: Heading::default(),
-                };
+                let gradient = away.map(|a| a / norm(away));
+                let curvature = distance.cos() / distance.sin();
+                let jet = Jet::new(distance, gradient, curvature, Heading::default());
                 for turn in 0..16 {
                     let (sin, cos) = (f64::from(turn) * 0.4).sin_cos();
                     let there = from.point + from.vector([size * cos, size * sin]);
@@ -318,7 +366,7 @@ mod tests {
                     let truth = angle(&to.point);
                     *worst = worst.max((carried.distance - truth).abs());
                     let direct = jet.distance_at(from.log(&to.point, ON_SURFACE), 1.0);
-                    assert_eq!(direct, Some(carried.distance));
+                    assert_eq!(direct, Some((carried.distance, 0.0)));
                     let slope = to.coordinates(&-pole.point).map(|a| a / truth.sin());
                     let off = [
                         slope[0] - carried.gradient[0],

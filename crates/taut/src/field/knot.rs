@@ -20,6 +20,20 @@ pub(crate) struct Knot<const D: usize, P> {
     pub heights: HeightErrors,
 }
 
+impl<const D: usize, P> Knot<D, P> {
+    /// The start of the ray that leaves a point with its frame at an angle.
+    pub fn leaving(frame: &Frame<D>, angle: f64, place: P, near: u32) -> Self {
+        Self {
+            length: 0.0,
+            frame: frame.turned([angle.cos(), angle.sin()]),
+            jacobi: [0.0, 1.0],
+            place,
+            near,
+            heights: HeightErrors::default(),
+        }
+    }
+}
+
 /// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
 /// Place, nearest node and height errors are the first knot's.
 pub(crate) fn between<const D: usize, P: Copy>(

@@ -155,13 +155,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             turn: hand,
             ..Heading::default()
         };
-        let jet = Jet {
-            distance: path.length,
-            gradient: back.map(|b| -b / arrival),
-            curvature: 0.0,
-            change: 0.0,
-            heading,
-        };
+        let jet = Jet::new(path.length, back.map(|b| -b / arrival), 0.0, heading);
         Some((jet, steps[0].max(steps[1]) + settings.tolerance))
     }
 

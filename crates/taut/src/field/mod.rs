@@ -27,10 +27,12 @@
 //! # Ok::<(), taut::error::Error>(())
 //! ```
 
+mod aim;
 mod bend;
 mod branches;
 mod cost;
 mod curve;
+mod doubt;
 mod evaluate;
 mod exponential;
 mod fan;
@@ -46,6 +48,7 @@ mod nearest;
 mod piece;
 mod ray;
 mod rays;
+mod sides;
 mod sources;
 
 pub use cost::{Cost, Slope};
@@ -118,6 +121,8 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
 /// The distance from one or several sources, all over a surface.
 #[derive(Clone, Debug)]
 pub struct Field<const D: usize> {
+    /// Of the rays.
+    tolerance: f64,
     /// At each node of the graph, least distance first.
     starts: Vec<u32>,
     branches: Vec<Branch>,
@@ -140,6 +145,7 @@ enum Other<const D: usize> {
 impl<const D: usize> Field<D> {
     fn of_other(other: Other<D>, max_distance: f64) -> Self {
         Self {
+            tolerance: 0.0,
             starts: Vec::new(),
             branches: Vec::new(),
             pieces: Vec::new(),

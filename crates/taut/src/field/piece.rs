@@ -76,13 +76,12 @@ impl<const D: usize> Piece<D> {
         } else {
             self.jet_of_curve(&way, to)
         };
-        known.unwrap_or(Jet {
-            distance: self.start + way.length,
-            gradient: [1.0, 0.0],
-            curvature: 0.0,
-            change: 0.0,
-            heading: Heading::default(),
-        })
+        known.unwrap_or(Jet::new(
+            self.start + way.length,
+            [1.0, 0.0],
+            0.0,
+            Heading::default(),
+        ))
     }
 
     /// The fronts of a geodesic bend with the surface, those of its ends are circles.
@@ -90,16 +89,19 @@ impl<const D: usize> Piece<D> {
         let gradient = to.coordinates(&self.direction(way));
         let inverse = norm(gradient).recip();
         let is_beside = way.step[0] == 0.0;
-        inverse.is_finite().then(|| Jet {
-            distance: self.start + way.length,
-            gradient: gradient.map(|g| g * inverse),
-            curvature: if is_beside {
-                -self.frame.gauss * way.length
-            } else {
-                way.length.recip()
-            },
-            change: 0.0,
-            heading: Heading::default(),
+        let curvature = if is_beside {
+            -self.frame.gauss * way.length
+        } else {
+            way.length.recip()
+        };
+        inverse.is_finite().then(|| {
+            let gradient = gradient.map(|g| g * inverse);
+            Jet::new(
+                self.start + way.length,
+                gradient,
+                curvature,
+                Heading::default(),
+            )
         })
     }
 }

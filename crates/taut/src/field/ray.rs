@@ -17,8 +17,8 @@ pub(crate) struct Limits<'a, const D: usize, P> {
     pub graph: &'a Graph<D, P>,
     /// Of the graph's nodes.
     pub spacing: &'a [f64],
-    /// Upper bounds of the distance of the graph's nodes, and the source's own start in them.
-    pub bound: (&'a Distances, f64),
+    /// Upper bounds of the distance of the graph's nodes, and the source's own start in them, where there are any.
+    pub bound: Option<(&'a Distances, f64)>,
     pub longest: f64,
     /// Wavelength of the surface's finest detail, 0 where steps need not follow any.
     pub detail: f64,
@@ -39,7 +39,9 @@ const PAST: f64 = 2.0;
 
 impl<const D: usize, P: Copy> Limits<'_, D, P> {
     pub fn bound(&self, node: u32) -> f64 {
-        f64::from(self.bound.0.distance(node)) - self.bound.1
+        self.bound.map_or(f64::INFINITY, |(bound, start)| {
+            f64::from(bound.distance(node)) - start
+        })
     }
 
     /// The ray is of no interest any more.

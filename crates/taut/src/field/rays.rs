@@ -4,6 +4,7 @@
 use crate::error::Error;
 use crate::field::bend::Grazed;
 use crate::field::branches::{self, Branch};
+use crate::field::doubt::{self, Sight};
 use crate::field::fan::{Bundle, Fan, Sample};
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Jet, norm};
@@ -62,6 +63,15 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let mut lists = self.branches_at_nodes(&pieces, sources, &samples);
         let graph = self.geodesics.graph();
         march::carry_on(graph, &self.frames, &sources.bound, bent, &mut lists);
+        let sight = Sight::new(self, &pieces, &sources.nodes, self.tolerance(settings));
+        if let Some(sight) = &sight {
+            sight.prove(&mut lists, |_, branches| branches.iter().any(doubt::is_scattered));
+            let missed = self.disagreements(&pieces, &lists);
+            sight.prove(&mut lists, |node, branches| {
+                let distance = branches.first().map_or(f64::INFINITY, |b| b.jet.distance);
+                missed[node as usize] > doubt::DOUBTFUL * distance
+            });
+        }
         self.add_errors(&pieces, &mut lists, self.tolerance(settings));
         let mut starts = vec![0];
         let mut flat = Vec::new();
@@ -70,6 +80,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             starts.push(flat.len() as u32);
         }
         Field {
+            tolerance: self.tolerance(settings),
             starts,
             branches: flat,
             pieces,
@@ -190,12 +201,17 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     /// Adds what lies between nodes and the tolerance of rays to the errors.
     fn add_errors(&self, pieces: &[Piece<D>], lists: &mut [Vec<Branch>], tolerance: f64) {
-        let errors = parallel::map(lists.len(), |i| self.disagreement(pieces, lists, i as u32));
-        for (list, disagreement) in lists.iter_mut().zip(errors) {
+        let missed = self.disagreements(pieces, lists);
+        for (list, missed) in lists.iter_mut().zip(missed) {
             for branch in list {
-                branch.error += disagreement + tolerance * branch.jet.distance.abs();
+                branch.error += tolerance * branch.jet.distance.abs();
+                branch.missed = missed;
             }
         }
+    }
+
+    fn disagreements(&self, pieces: &[Piece<D>], lists: &[Vec<Branch>]) -> Vec<f64> {
+        parallel::map(lists.len(), |i| self.disagreement(pieces, lists, i as u32))
     }
 
     /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
@@ -214,7 +230,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 }
                 let gauss = 0.5 * (frame.gauss + other.gauss);
                 let carried = branch.jet.distance_at(v, gauss);
-                let carried = carried.unwrap_or(branch.jet.distance + norm(v));
+                let carried = carried.map_or(branch.jet.distance + norm(v), |carried| carried.0);
                 // Rays of other kinds, and from the other side of a curve, are not meant.
                 let most = branches::BEYOND * self.spacing[node as usize];
                 let is_known = branch.jet.beyond_at(v, gauss) <= most

@@ -143,10 +143,18 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         settings: &Settings,
     ) -> Limits<'l, D, S::Place> {
         Limits {
+            bound: Some((bound, start)),
+            ..self.unbounded(settings.max_distance - start, settings)
+        }
+    }
+
+    /// Where rays end at a length.
+    pub(crate) fn unbounded(&self, longest: f64, settings: &Settings) -> Limits<'_, D, S::Place> {
+        Limits {
             graph: self.geodesics.graph(),
             spacing: &self.spacing,
-            bound: (bound, start),
-            longest: settings.max_distance - start,
+            bound: None,
+            longest,
             detail: self.geodesics.surface().detail(),
             tolerance: self.tolerance(settings),
             past_conjugate: false,

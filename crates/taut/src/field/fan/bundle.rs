@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use crate::correction::length::HeightErrors;
 use crate::field::frame::Frame;
 use crate::field::knot::Knot;
 use crate::field::sources::Origin;
@@ -34,14 +33,7 @@ impl<'a, const D: usize, P: Copy + Sync> Bundle<'a, D, P> {
             start: origin.start,
             first: first_angles(angles),
             is_round: angles.is_none(),
-            knot: Box::new(move |angle| Knot {
-                length: 0.0,
-                frame: frame.turned([angle.cos(), angle.sin()]),
-                jacobi: [0.0, 1.0],
-                place,
-                near,
-                heights: HeightErrors::default(),
-            }),
+            knot: Box::new(move |angle| Knot::leaving(&frame, angle, place, near)),
         }
     }
 

@@ -2,8 +2,9 @@
 
 use super::Fan;
 use crate::field::frame::Frame;
-use crate::field::jet::{Heading, Jet};
+use crate::field::jet::{Jet, WIDE};
 use crate::field::knot::Knot;
+use crate::field::sides::{self, Side};
 use crate::field::ray;
 
 /// Jets along a ray lie so many spacings of the graph's nodes apart.
@@ -14,8 +15,8 @@ const BESIDE: f64 = 0.7;
 const FARTHEST: f64 = 4.0;
 /// A ray is of no use where rays beside it meet it within a spacing over this.
 const FOCUSED: f64 = 1.0;
-/// Most change of the front's curvature, times the square of the spacing.
-const MOST_CHANGE: f64 = 0.1;
+/// A jet may be used as far as the ray beside it, and by this factor farther, whatever else.
+const AS_FAR: f64 = 1.1;
 
 /// A jet on a ray.
 #[derive(Clone, Copy, Debug)]
@@ -60,35 +61,20 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
         };
         near = ray::nearest(fan.graph, &frame.point, near);
         let spacing = spacing[near as usize];
-        let curvature = slope / j;
-        if !(j > 0.0 && curvature * spacing > -FOCUSED) {
+        if !(j > 0.0 && slope / j * spacing > -FOCUSED) {
             break;
         }
         let least = BESIDE * spacing / j;
-        let found = [-1, 1].map(|side| beside(fan, index, side, least, length));
-        let fronts = found.map(|found| {
-            let (angle, [spread, slope]) = found?;
-            Some((angle * j, slope / spread - curvature))
-        });
-        let spreads = found.map(|found| {
-            let (angle, [spread, _]) = found?;
-            Some((angle * j, spread - j))
-        });
-        let most = MOST_CHANGE / (spacing * spacing);
+        let sides = [-1, 1].map(|side| beside(fan, index, side, least, length));
+        let distance = fan.start + length;
+        let mut jet = sides::jet(distance, [j, slope], sides, (ray.angle, fan.range), spacing);
+        for (side, width) in [-1, 1].into_iter().zip(&mut jet.width) {
+            let [next, last] = room(fan, index, side, WIDE * spacing / j, length);
+            *width = width.min(last * j).max(AS_FAR * next * j);
+        }
         samples.push(Sample {
             frame,
-            jet: Jet {
-                distance: fan.start + length,
-                gradient: [1.0, 0.0],
-                curvature,
-                change: change(fronts).clamp(-most, most),
-                heading: Heading {
-                    angle: ray.angle,
-                    turn: j.recip(),
-                    bow: -change(spreads) / (j * j),
-                    range: fan.range,
-                },
-            },
+            jet,
             near,
             doubt: 0.0,
             surface_error: ray.knots[knot].heights.length_error(),
@@ -98,7 +84,39 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
     samples
 }
 
-/// The angle, and J and J' at a length, of a ray to one side of another by at least an angle: nearer ones tell the
+/// The angles to the next ray on one side that goes as far as a length, and to the last one within `most` before one that
+/// ends earlier.
+fn room<const D: usize, P: Copy + Send + Sync>(
+    fan: &Fan<D, P>,
+    index: usize,
+    side: isize,
+    most: f64,
+    length: f64,
+) -> [f64; 2] {
+    let mut room = [0.0; 2];
+    for step in 1..fan.rays.len() as isize {
+        let Some((other, turn)) = fan.beside(index, side * step) else {
+            // There are rays of another kind.
+            return [most; 2];
+        };
+        if other.end() < length {
+            break;
+        }
+        if other.knots.first().is_none_or(|first| first.length > length) {
+            continue;
+        }
+        room[1] = turn.abs();
+        if room[0] == 0.0 {
+            room[0] = room[1];
+        }
+        if room[1] > most {
+            break;
+        }
+    }
+    room
+}
+
+/// A ray to one side of another by at least an angle, at a length: nearer ones tell the
 /// change of the curvature from its error no better than their distance. `side` is 1 to the left, -1 to the right.
 fn beside<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
@@ -106,7 +124,7 @@ fn beside<const D: usize, P: Copy + Send + Sync>(
     side: isize,
     least: f64,
     length: f64,
-) -> Option<(f64, [f64; 2])> {
+) -> Option<Side> {
     let count = fan.rays.len();
     let most = if fan.range.is_some() {
         count
@@ -119,7 +137,7 @@ fn beside<const D: usize, P: Copy + Send + Sync>(
         if turn.abs() >= least
             && let Some(jacobi) = other.jacobi(length)
         {
-            return Some((turn, jacobi));
+            return Some(Side { angle: turn, jacobi });
         }
         if turn.abs() > FARTHEST * least {
             return None;
@@ -127,14 +145,4 @@ fn beside<const D: usize, P: Copy + Send + Sync>(
         step *= 2;
     }
     None
-}
-
-/// The derivative at 0 of a function that is 0 there, from its values on two sides: of the parabola through
-/// both, the slope of the line to one, or 0 where nothing is known.
-fn change(sides: [Option<(f64, f64)>; 2]) -> f64 {
-    match sides {
-        [Some((a, fa)), Some((b, fb))] => (fa * b / a - fb * a / b) / (b - a),
-        [Some((a, fa)), None] | [None, Some((a, fa))] => fa / a,
-        [None, None] => 0.0,
-    }
 }

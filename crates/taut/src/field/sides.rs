@@ -1,0 +1,69 @@
+//! What changes along a front, as the rays to both sides of one tell.
+
+use crate::field::jet::{Heading, Jet};
+
+/// A ray beside another.
+#[derive(Clone, Copy)]
+pub(crate) struct Side {
+    /// The angle to it, positive to the left.
+    pub angle: f64,
+    /// Its J and J' at the length of the other.
+    pub jacobi: [f64; 2],
+}
+
+/// Most change of the front's curvature, times the square of the spacing.
+const MOST_CHANGE: f64 = 0.1;
+
+/// The jet on a ray at a distance with J and J', from the rays to its right and left; `spacing` is that of the graph's nodes.
+pub(crate) fn jet(
+    distance: f64,
+    [spread, slope]: [f64; 2],
+    sides: [Option<Side>; 2],
+    (angle, range): (f64, Option<[f64; 2]>),
+    spacing: f64,
+) -> Jet {
+    let curvature = slope / spread;
+    let fronts = sides.map(|side| {
+        let Side { angle, jacobi } = side?;
+        Some((angle * spread, jacobi[1] / jacobi[0] - curvature))
+    });
+    let spreads = sides.map(|side| {
+        let Side { angle, jacobi } = side?;
+        Some((angle * spread, jacobi[0] - spread))
+    });
+    let most = MOST_CHANGE / (spacing * spacing);
+    let change = derivative(fronts);
+    let heading = Heading {
+        angle,
+        turn: spread.recip(),
+        bow: -derivative(spreads) / (spread * spread),
+        range,
+    };
+    let cut = (change.abs() - most).max(0.0);
+    Jet {
+        change: change.clamp(-most, most),
+        change_error: cut + uncertainty(fronts, curvature, spacing),
+        width: [heading.even(spacing); 2],
+        ..Jet::new(distance, [1.0, 0.0], curvature, heading)
+    }
+}
+
+/// The derivative at 0 of a function that is 0 there, from its values on two sides: of the parabola through
+/// both, the slope of the line to one, or 0 where nothing is known.
+fn derivative(sides: [Option<(f64, f64)>; 2]) -> f64 {
+    match sides {
+        [Some((a, fa)), Some((b, fb))] => (fa * b / a - fb * a / b) / (b - a),
+        [Some((a, fa)), None] | [None, Some((a, fa))] => fa / a,
+        [None, None] => 0.0,
+    }
+}
+
+/// How uncertain the derivative of the front's curvature is: by as much as it differs from side to side, and by all of it
+/// where one side or none tells of it.
+fn uncertainty(sides: [Option<(f64, f64)>; 2], curvature: f64, spacing: f64) -> f64 {
+    match sides {
+        [Some((a, fa)), Some((b, fb))] => (fa / a - fb / b).abs(),
+        [Some((a, fa)), None] | [None, Some((a, fa))] => (fa / a).abs(),
+        [None, None] => curvature.abs() / spacing,
+    }
+}
