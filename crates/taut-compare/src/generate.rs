@@ -118,7 +118,10 @@ pub fn star_shaped(count: usize, shape: &StarShaped, most: f64, seed: u64) -> Ve
             let direction = Vector3::from(unit::<3>(random));
             let point = shape.point(&direction);
             let area = point.norm_squared() / shape.normal(&point).dot(&direction);
-            assert!(area <= most, "an area of {area} for a solid angle, at most {most} expected");
+            assert!(
+                area <= most,
+                "an area of {area} for a solid angle, at most {most} expected"
+            );
             if random.random::<f64>() * most <= area {
                 return point.into();
             }

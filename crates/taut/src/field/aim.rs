@@ -14,8 +14,8 @@ use crate::surface::Geometry;
 
 /// Shots at most.
 const SHOTS: usize = 6;
-/// A shot that passes so near, in spacings of the graph's nodes, hits: its jet is carried the rest of the way.
-const NEAR: f64 = 0.05;
+/// A shot that passes so near, in spacings of the graph's nodes, hits, if carrying its jet the rest of the way is accurate enough.
+const NEAR: f64 = 0.3;
 /// A miss counts for at most so many spacings when the next shot is turned and lengthened.
 const FARTHEST: f64 = 3.0;
 /// The next shot is turned by at most this angle, in radians.
@@ -82,7 +82,13 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
                 return None;
             }
             let [ahead, left] = knot.frame.log(x, ON_SURFACE);
-            if ahead.abs().max(left.abs()) <= NEAR * spacing {
+            let curvature = slope / spread;
+            let error = curvature.abs() * left.abs().powi(3) / (6.0 * spacing);
+            let most = NEAR * spacing;
+            if ahead.abs() <= most
+                && left.abs() <= most
+                && error <= self.settings.tolerance * length
+            {
                 let heading = Heading {
                     angle,
                     turn: spread.recip(),
@@ -90,7 +96,7 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
                 };
                 let distance = self.piece.start + length;
                 return Some(Hit {
-                    jet: Jet::new(distance, [1.0, 0.0], slope / spread, heading),
+                    jet: Jet::new(distance, [1.0, 0.0], curvature, heading),
                     surface_error: knot.heights.length_error(),
                     knot,
                 });

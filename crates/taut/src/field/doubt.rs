@@ -18,6 +18,9 @@ pub(super) const DOUBTFUL: f64 = 1e-3;
 /// Claims of one source whose rays are nearer to each other than so many spacings, and than this angle in radians, are of one ray.
 const SAME_RAY: f64 = 0.3;
 
+/// The nodes around a point that are asked lie no farther from it than so many spacings.
+const CLOSE: f64 = 1.2;
+
 /// What a jet says of a point.
 struct Claim {
     /// The distance and its estimated error.
@@ -87,7 +90,8 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                     return None;
                 }
                 let carried = branch.jet.distance_at(v, frame.gauss);
-                let (distance, step_error) = carried.unwrap_or((branch.jet.distance, fields.spacing[near as usize]));
+                let (distance, step_error) =
+                    carried.unwrap_or((branch.jet.distance, fields.spacing[near as usize]));
                 claims.push(Claim {
                     distance,
                     error: branch.error + step_error,
@@ -112,6 +116,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         slack: f64,
     ) -> Vec<(Claim, Hit<D, S::Place>)> {
         let mut tried: Vec<(u32, f64)> = Vec::new();
+        let mut arrived: Vec<(u32, f64)> = Vec::new();
         let mut found: Vec<(Claim, Hit<D, S::Place>)> = Vec::new();
         let mut least = f64::INFINITY;
         for claim in claims {
@@ -129,12 +134,14 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
             let Some(hit) = hit else {
                 continue;
             };
-            let arrived = (claim.source, hit.jet.heading.angle);
-            let is_new = found.iter().all(|(other, known)| {
-                let turn = turned_by(known.jet.heading.angle, arrived.1).abs();
-                other.source != claim.source || turn > 0.1 * same
-            });
-            tried.push(arrived);
+            let v = hit.knot.frame.log(x, ON_SURFACE);
+            let angle = hit.jet.angle_at(v, hit.knot.frame.gauss);
+            let is_known = |(source, known): &(u32, f64)| {
+                *source == claim.source && turned_by(*known, angle).abs() < same
+            };
+            let is_new = !arrived.iter().any(is_known);
+            tried.push((claim.source, angle));
+            arrived.push((claim.source, angle));
             least = least.min(hit.jet.distance);
             if is_new {
                 found.push((claim, hit));
@@ -169,14 +176,18 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         (!found.is_empty()).then_some(found)
     }
 
-    /// Replaces the branches of doubtful nodes by proven ones; which are doubtful is told by the node's number.
-    pub fn prove(&self, lists: &mut [Vec<Branch>], is_doubtful: impl Fn(u32, &[Branch]) -> bool + Sync) {
-        let doubtful: Vec<u32> = (0..lists.len() as u32)
-            .filter(|node| {
-                let branches = &lists[*node as usize];
-                let by_rays = branches.iter().all(|branch| branch.piece.is_none() && !branch.carried);
-                by_rays && is_doubtful(*node, branches)
-            })
+    /// Replaces the branches of nodes by proven ones where one of them is doubtful, and none is carried or of a source near by.
+    pub fn prove(
+        &self,
+        lists: &mut [Vec<Branch>],
+        is_doubtful: impl Fn(u32, &Branch) -> bool + Sync,
+    ) {
+        let of_rays = |branch: &Branch| branch.piece.is_none() && !branch.carried;
+        let doubtful: Vec<u32> = (0..)
+            .zip(lists.iter())
+            .filter(|(_, branches)| branches.iter().all(of_rays))
+            .filter(|(node, branches)| branches.iter().any(|branch| is_doubtful(*node, branch)))
+            .map(|(node, _)| node)
             .collect();
         let proven = parallel::map(doubtful.len(), |i| self.branches(lists, doubtful[i]));
         for (node, branches) in doubtful.into_iter().zip(proven) {
@@ -207,14 +218,30 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let beside = self.adjacent(node).map(|edge| edge.to);
         let others = beside.filter_map(|other| {
             let frame = self.frames[other as usize].as_ref()?;
-            field.at(other, frame, x, share, most)
+            let close = (frame.point - x).norm() <= CLOSE * self.spacing[node as usize];
+            close
+                .then(|| field.at(other, frame, x, share, most))
+                .flatten()
         });
         let all: Vec<Taken<D>> = first.into_iter().chain(others).collect();
-        let least = all.iter().min_by(|a, b| a.believed.total_cmp(&b.believed))?;
+        let least = all
+            .iter()
+            .min_by(|a, b| a.believed.total_cmp(&b.believed))?;
         let distance = least.value.distance;
+        let off = |other: &Taken<D>| (other.value.distance - distance).abs();
+        let doubt = |other: &Taken<D>| other.believed - other.value.distance;
+        // Another node that says the same bears it out against those that know of longer ways alone.
+        let slack = DOUBTFUL * distance;
+        let agrees = |other: &&Taken<D>| off(other) + doubt(other) <= slack;
+        let borne_out = all.iter().filter(agrees).count() > 1;
         let misses = all.iter().map(|other| {
-            let doubt = other.believed - other.value.distance;
-            (other.value.distance - distance).abs() - doubt
+            if other.value.distance < distance {
+                off(other) + doubt(other)
+            } else if borne_out {
+                0.0
+            } else {
+                off(other) - doubt(other)
+            }
         });
         let taken = Taken {
             missed: misses.fold(0.0, f64::max),

@@ -206,7 +206,11 @@ impl Jet {
             curvature: (curvature * cs - gauss * sn) / (cs + curvature * sn),
             change: hand * self.change / (spread * spread * spread),
             change_error: self.change_error / (spread * spread * spread),
-            width: if hand > 0.0 { [right, left] } else { [left, right] },
+            width: if hand > 0.0 {
+                [right, left]
+            } else {
+                [left, right]
+            },
             step_error: self.change_error * front.abs().powi(3) / 6.0,
             heading,
         })

@@ -63,16 +63,15 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let mut lists = self.branches_at_nodes(&pieces, sources, &samples);
         let graph = self.geodesics.graph();
         march::carry_on(graph, &self.frames, &sources.bound, bent, &mut lists);
-        let sight = Sight::new(self, &pieces, &sources.nodes, self.tolerance(settings));
-        if let Some(sight) = &sight {
-            sight.prove(&mut lists, |_, branches| branches.iter().any(doubt::is_scattered));
+        let tolerance = self.tolerance(settings);
+        if let Some(sight) = Sight::new(self, &pieces, &sources.nodes, tolerance) {
+            sight.prove(&mut lists, |_, branch| doubt::is_scattered(branch));
             let missed = self.disagreements(&pieces, &lists);
-            sight.prove(&mut lists, |node, branches| {
-                let distance = branches.first().map_or(f64::INFINITY, |b| b.jet.distance);
-                missed[node as usize] > doubt::DOUBTFUL * distance
+            sight.prove(&mut lists, |node, branch| {
+                missed[node as usize] > doubt::DOUBTFUL * branch.jet.distance
             });
         }
-        self.add_errors(&pieces, &mut lists, self.tolerance(settings));
+        self.add_errors(&pieces, &mut lists, tolerance);
         let mut starts = vec![0];
         let mut flat = Vec::new();
         for list in lists {
@@ -80,7 +79,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             starts.push(flat.len() as u32);
         }
         Field {
-            tolerance: self.tolerance(settings),
+            tolerance,
             starts,
             branches: flat,
             pieces,

@@ -20,7 +20,7 @@ const MOST_APART: f64 = 2.5;
 const RESOLVED: f64 = 0.25;
 /// Neighbouring rays that agree to this share of a radian, or of the length that they leave from, are not parted further.
 const NARROWEST: f64 = 1e-9;
-/// Rays looked through for the next one beside a pair, which may be so many times as far off as the pair's.
+/// How many rays to search for a pair's neighbour.
 const OUTWARDS: usize = 4;
 /// Rays begin between others where these are so much nearer to each other than they may be.
 const EARLIER: f64 = 0.5;

@@ -4,8 +4,8 @@ use super::Fan;
 use crate::field::frame::Frame;
 use crate::field::jet::{Jet, WIDE};
 use crate::field::knot::Knot;
-use crate::field::sides::{self, Side};
 use crate::field::ray;
+use crate::field::sides::{self, Side};
 
 /// Jets along a ray lie so many spacings of the graph's nodes apart.
 const ALONG: f64 = 1.0;
@@ -102,7 +102,11 @@ fn room<const D: usize, P: Copy + Send + Sync>(
         if other.end() < length {
             break;
         }
-        if other.knots.first().is_none_or(|first| first.length > length) {
+        if other
+            .knots
+            .first()
+            .is_none_or(|first| first.length > length)
+        {
             continue;
         }
         room[1] = turn.abs();
@@ -137,7 +141,10 @@ fn beside<const D: usize, P: Copy + Send + Sync>(
         if turn.abs() >= least
             && let Some(jacobi) = other.jacobi(length)
         {
-            return Some(Side { angle: turn, jacobi });
+            return Some(Side {
+                angle: turn,
+                jacobi,
+            });
         }
         if turn.abs() > FARTHEST * least {
             return None;
