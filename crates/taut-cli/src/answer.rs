@@ -14,11 +14,31 @@ pub struct LocatedEnd {
     pub place: Result<Place, String>,
 }
 
+impl LocatedEnd {
+    /// See [`Place::warning`].
+    pub fn warning(&self) -> Option<String> {
+        self.place.as_ref().ok()?.warning()
+    }
+}
+
 /// A point on the surface.
 pub struct Place {
     pub point: Vec<f64>,
     /// How far the end was moved onto the surface.
     pub moved: f64,
+    /// How far the points lie from the surface there that it was fitted to, where it does not keep them.
+    pub farthest: Option<f64>,
+}
+
+impl Place {
+    /// That the end lies farther from a model than what this was fitted to.
+    pub fn warning(&self) -> Option<String> {
+        let farthest = self.farthest.filter(|farthest| self.moved > *farthest)?;
+        Some(format!(
+            "{:.1e} from the model, whose points lie within {farthest:.1e} of it there: it may belong to another part",
+            self.moved
+        ))
+    }
 }
 
 /// How a pair was answered.

@@ -181,6 +181,10 @@ impl<const D: usize> Locate<D> for Atlas<D> {
         Ok((node, moved(self.cloud(), end, &node.point)))
     }
 
+    fn farthest_point(&self, node: &Node<D, Self::Place>) -> Option<f64> {
+        (!self.has_points()).then(|| self.farthest_point(node.place))
+    }
+
     fn centre(&self) -> Vector<D> {
         self.cloud().centre
     }

@@ -1,6 +1,7 @@
 //! Fitted models: kept in files, made ready.
 
-use std::path::Path;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use taut::geodesics::Geodesics;
@@ -44,6 +45,7 @@ const REMEDY: &str = "write the model again with taut fit";
 
 /// A model as its file holds it.
 pub struct FileModel {
+    file: PathBuf,
     name: String,
     /// Coordinates of a point.
     dimension: usize,
@@ -99,6 +101,7 @@ pub fn read(file: &Path, progress: &Progress) -> Result<FileModel, Failure> {
         ));
     }
     Ok(FileModel {
+        file: file.to_owned(),
         name,
         dimension: first.coordinates,
         model: Model {
@@ -112,9 +115,23 @@ impl FileModel {
     /// The surface of the model.
     pub fn atlas<const D: usize>(&self) -> Result<Atlas<D>, Failure> {
         Atlas::from_model(&self.model).map_err(|error| Failure::Surface {
-            surface: self.name.clone(),
+            surface: match &error {
+                taut::error::Error::BadModel { chart, .. } => {
+                    format!("{}, line {}", self.name, self.line(*chart))
+                }
+                _ => self.name.clone(),
+            },
             error,
         })
+    }
+
+    /// The line of a chart, or of what all share, counted from 1; empty ones count as well.
+    fn line(&self, chart: Option<usize>) -> usize {
+        let before = chart.map_or(0, |chart| chart + 1);
+        let lines = std::fs::File::open(&self.file).map(|file| BufReader::new(file).lines());
+        let numbers = lines.into_iter().flatten().zip(1..);
+        let filled = numbers.filter(|(line, _)| line.as_ref().is_ok_and(|l| !l.trim().is_empty()));
+        filled.map(|line| line.1).nth(before).unwrap_or(before + 1)
     }
 
     /// Coordinates of a point.

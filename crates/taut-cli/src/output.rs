@@ -88,6 +88,9 @@ fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
     let [from, to] = &answer.ends;
     for (name, end) in [("from", from), ("to", to)] {
         line(out, name, &format!("{}{}", end.named, moved_by(end)))?;
+        if let Some(warning) = end.warning() {
+            line(out, "warning", &format!("{name} lies {warning}"))?;
+        }
     }
     for (index, path) in answer.paths().enumerate() {
         if index > 0 {
@@ -257,6 +260,9 @@ struct JsonEnd<'a> {
     /// On the surface; null where the end cannot be used.
     point: Option<&'a [f64]>,
     moved: Option<f64>,
+    /// That it was moved farther than a model lies from its points.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warning: Option<String>,
     /// Why the end cannot be used.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<&'a str>,
@@ -302,6 +308,9 @@ impl<'a> JsonEnd<'a> {
             given,
             point: end.place.as_ref().ok().map(|place| place.point.as_slice()),
             moved: end.place.as_ref().ok().map(|place| place.moved),
+            warning: end
+                .warning()
+                .map(|warning| format!("the end lies {warning}")),
             reason: end.place.as_ref().err().map(String::as_str),
         }
     }

@@ -48,6 +48,13 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
                 }
                 progress.note(&format!("{end}: {reason}"));
             }
+            if let (Ends::File(_) | Ends::StandardInput, false) = (&settings.ends, settings.json) {
+                for end in &answer.ends {
+                    if let Some(warning) = end.warning() {
+                        progress.note(&format!("{} lies {warning}", end.named));
+                    }
+                }
+            }
             worst = worst.max(answer.exit());
             report.write(&answer)?;
             if settings.output.is_some() || settings.picture.is_some() {

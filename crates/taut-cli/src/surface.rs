@@ -48,6 +48,12 @@ pub trait Locate<const D: usize>: Guide<D> {
     /// The node of an end, and how far the point was moved onto the surface.
     fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error>;
 
+    /// How far at most the points lie from the surface near a node that it was fitted to, where that is known of points
+    /// that are not kept.
+    fn farthest_point(&self, _node: &Node<D, Self::Place>) -> Option<f64> {
+        None
+    }
+
     /// What was subtracted from the input's coordinates.
     fn centre(&self) -> Vector<D>;
 
@@ -279,6 +285,7 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
                 place: end.located.clone().map(|(node, moved)| Place {
                     point: coordinates(&(node.point + centre), self.dimension),
                     moved,
+                    farthest: self.geodesics.surface().farthest_point(&node),
                 }),
             }),
         }

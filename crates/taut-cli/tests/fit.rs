@@ -166,3 +166,82 @@ fn what_is_no_model_is_refused_with_its_line() {
         assert!([2, 3].contains(&code(&output)), "{wrong:?}");
     }
 }
+
+#[test]
+fn fields_on_a_model_are_those_of_its_surface() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [cloud, model] = ["sphere.xyz", "sphere.taut"].map(|name| folder.path().join(name));
+    sphere(&cloud);
+    let [cloud, model] = [&cloud, &model].map(|file| file.to_str().expect("UTF-8"));
+    assert_eq!(code(&taut(&["fit", cloud, "-o", model])), 0);
+    for more in [&[][..], &["--nearest", "100"]] {
+        let asked = ["field", model, "--source", "0.6,0.8,0", "--at", cloud];
+        let output = taut(&[&asked[..], more].concat());
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let points = std::fs::read_to_string(cloud).expect("written");
+        let (mut covered, mut reached) = (0, 0);
+        let rows = text(&output.stdout).lines().skip(1);
+        for (row, point) in rows.zip(points.lines()) {
+            let numbers = |line: &str, by: char| -> Vec<f64> {
+                let values = line.split(by);
+                values.map(|v| v.parse().expect("a number")).collect()
+            };
+            let (row, x) = (numbers(row, '\t'), numbers(point, ' '));
+            if row[0].is_infinite() {
+                continue;
+            }
+            let truth = (0.6 * x[0] + 0.8 * x[1]).clamp(-1.0, 1.0).acos();
+            assert!((row[0] - truth).abs() < 5e-3, "{row:?} {truth}");
+            // The model's own accuracy is a thousandth of the box.
+            covered += usize::from((row[0] - truth).abs() <= row[1] + 3.5e-3);
+            reached += 1;
+        }
+        assert_eq!(reached, if more.is_empty() { 3000 } else { 100 });
+        assert!(50 * covered >= 49 * reached, "{covered} of {reached}");
+    }
+}
+
+#[test]
+fn ends_far_from_a_model_are_warned_of() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [cloud, model, pairs] =
+        ["sphere.xyz", "sphere.taut", "pairs.txt"].map(|name| folder.path().join(name));
+    sphere(&cloud);
+    let [cloud, model, pairs] = [&cloud, &model, &pairs].map(|file| file.to_str().expect("UTF-8"));
+    assert_eq!(code(&taut(&["fit", cloud, "-o", model])), 0);
+    let far = ["path", model, "--from", "1.3,0,0", "--to", "0,1,0"];
+    let found = object(&taut(&[&far[..], &["--json"]].concat()), 0);
+    assert!((number(&found["from"], "moved") - 0.3).abs() < 1e-2);
+    let warning = found["from"]["warning"].as_str().expect("a warning");
+    assert!(warning.contains("from the model"), "{warning}");
+    assert!(found["to"].get("warning").is_none());
+    let told = taut(&far);
+    assert!(text(&told.stdout).contains("warning"));
+    std::fs::write(pairs, "1.3 0 0 0 1 0\n1 0 0 0 1 0\n").expect("written");
+    let told = taut(&["path", model, "--pairs", pairs]);
+    assert_eq!(code(&told), 0, "{}", text(&told.stderr));
+    assert_eq!(text(&told.stderr).matches("from the model").count(), 1);
+}
+
+#[test]
+fn a_damaged_chart_is_named_by_its_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [cloud, model] = ["sphere.xyz", "sphere.taut"].map(|name| folder.path().join(name));
+    sphere(&cloud);
+    let [cloud, model] = [&cloud, &model].map(|file| file.to_str().expect("UTF-8"));
+    assert_eq!(code(&taut(&["fit", cloud, "-o", model])), 0);
+    let good = std::fs::read_to_string(model).expect("written");
+    let mut lines: Vec<String> = good.lines().map(str::to_owned).collect();
+    // Heights a million times as high; an empty line counts as one.
+    lines[4] = lines[4].replacen("\"scale\":0.", "\"scale\":0.00", 1);
+    lines.insert(2, String::new());
+    std::fs::write(model, lines.join("\n")).expect("written");
+    let at = ["field", model, "--source", "1,0,0", "--at", cloud];
+    let refused = taut(&at);
+    assert_eq!(code(&refused), 3);
+    let said = text(&refused.stderr);
+    assert!(
+        said.contains("line 6") && said.contains("chart 3: found scale"),
+        "{said}"
+    );
+}

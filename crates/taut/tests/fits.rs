@@ -6,8 +6,10 @@ use taut::Vector;
 use taut::cloud::Cloud;
 use taut::correction::Settings;
 use taut::error::Error;
+use taut::field::{self, Fields, Source};
 use taut::geodesics::Geodesics;
-use taut::surface::atlas::{Atlas, Fit, FitSettings};
+use taut::surface::Node;
+use taut::surface::atlas::{Atlas, Fit, FitSettings, Model};
 
 /// Uniform deviates from a fixed linear congruential generator.
 struct Random(u64);
@@ -250,6 +252,18 @@ fn models_that_contradict_themselves_are_refused() {
         Some(0)
     );
     assert_eq!(refused(&|m| m.charts[4].sides[0] = i8::MIN), Some(4));
+    // What made fields on files of 8 KB take gigabytes: charts at one place, heights magnified, supports without end.
+    assert_eq!(
+        refused(&|m| m.charts.iter_mut().for_each(|c| c.origin.fill(1e-42))),
+        Some(0)
+    );
+    assert_eq!(refused(&|m| m.charts[1].scale *= 0.01), Some(1));
+    assert_eq!(refused(&|m| m.charts[2].radius = f64::MAX), Some(2));
+    assert_eq!(refused(&|m| m.charts[2].spacing = 1e6), Some(2));
+    assert_eq!(refused(&|m| m.charts[3].coefficients[0][0] = 0.1), Some(3));
+    assert_eq!(refused(&|m| m.charts[3].coefficients[0][5] = 1e9), Some(3));
+    assert_eq!(refused(&|m| m.charts[0].neighbours.swap(1, 3)), Some(0));
+    assert_eq!(refused(&|m| m.header.detail = 1e-30), None);
 }
 
 #[test]
@@ -260,4 +274,214 @@ fn an_accuracy_that_is_no_length_is_refused() {
         let refused = Atlas::fit(cloud, 2, &within(found)).err();
         assert_eq!(refused, Some(Error::BadAccuracy { found }));
     }
+}
+
+/// The model of a fit, as a file keeps it.
+fn model(points: &[[f64; 3]], accuracy: f64) -> Geodesics<3, Atlas<3>> {
+    let (atlas, _) = fit(points, &within(accuracy));
+    let kept = Atlas::<3>::from_model(&atlas.to_model()).expect("a model");
+    Geodesics::of_atlas(kept)
+}
+
+/// Distances from a point of a model to others: what the field says, its error, and the truth.
+fn distances(
+    geodesics: &Geodesics<3, Atlas<3>>,
+    points: &[[f64; 3]],
+    from: usize,
+    step: usize,
+    truth: impl Fn(usize, &Node<3, u32>, &Node<3, u32>) -> f64,
+) -> Vec<[f64; 3]> {
+    let node = |i: usize| {
+        let point = Vector::from(points[i]);
+        geodesics.surface().node_near(&point).expect("a foot")
+    };
+    let source = node(from);
+    let fields = Fields::of_cloud(geodesics).expect("a surface");
+    let start = Source {
+        node: source,
+        start: 0.0,
+    };
+    let field = fields
+        .from(&[start], &field::Settings::default())
+        .expect("a field");
+    let others = (0..points.len()).step_by(step).filter(|i| *i != from);
+    others
+        .map(|i| {
+            let value = fields.at(&field, &node(i));
+            [value.distance, value.error, truth(i, &source, &node(i))]
+        })
+        .collect()
+}
+
+/// Mean relative error, the share covered by the estimates (and `known`), and the worst error over its claim.
+fn judged(found: &[[f64; 3]], known: f64) -> [f64; 3] {
+    let count = found.len() as f64;
+    let off = |[distance, _, truth]: &[f64; 3]| (distance - truth).abs();
+    let mean = found.iter().map(|f| off(f) / f[2]).sum::<f64>() / count;
+    let ratios = found.iter().map(|f| off(f) / (f[1] + known));
+    let covered = ratios.clone().filter(|ratio| *ratio <= 1.0).count() as f64 / count;
+    [mean, covered, ratios.fold(0.0, f64::max)]
+}
+
+/// r = 1 + 0.1 sin 4x sin(3y + 1) sin 4z over the unit sphere.
+fn wavy(count: usize) -> Vec<[f64; 3]> {
+    let sphere = sphere(count, 1.0).into_iter();
+    let moved = sphere.map(|p| {
+        let wave = (4.0 * p[0]).sin() * (3.0 * p[1] + 1.0).sin() * (4.0 * p[2]).sin();
+        p.map(|v| v * (1.0 + 0.1 * wave))
+    });
+    moved.collect()
+}
+
+#[test]
+fn fields_on_models_agree_with_paths_on_them() {
+    // Charts of half a radius of curvature, on which rays erred by up to 29 %.
+    for (points, accuracy) in [
+        (wavy(8_000), 3e-3),
+        (torus(8_000), 3e-3),
+        (torus(8_000), 3e-5),
+    ] {
+        let geodesics = model(&points, accuracy);
+        for from in [17, 4_001] {
+            let truth = |_: usize, a: &Node<3, u32>, b: &Node<3, u32>| {
+                let path = geodesics.path(a, b, &Settings::default());
+                assert!(path.converged());
+                path.length
+            };
+            let found = distances(&geodesics, &points, from, 97, truth);
+            let [mean, covered, worst] = judged(&found, 1e-6);
+            assert!(mean < 2e-4, "mean {mean}");
+            assert!(covered >= 0.95 && worst <= 20.0, "{covered} {worst}");
+        }
+    }
+}
+
+#[test]
+fn fields_on_models_are_true_to_the_surface() {
+    let points = sphere(6_000, 1.0);
+    for accuracy in [1e-2, 1e-3, 1e-5] {
+        let geodesics = model(&points, accuracy);
+        for from in [5, 2_222] {
+            let truth = |i: usize, _: &Node<3, u32>, _: &Node<3, u32>| {
+                Vector::<3>::from(points[from]).angle(&Vector::from(points[i]))
+            };
+            let found = distances(&geodesics, &points, from, 11, truth);
+            // The model itself lies off the sphere by the accuracy at most.
+            let [mean, covered, worst] = judged(&found, 3.0 * accuracy);
+            assert!(mean < 1e-4 + accuracy, "{accuracy}: mean {mean}");
+            assert!(covered >= 0.98 && worst <= 2.0, "{covered} {worst}");
+        }
+    }
+}
+
+/// A sheet of width 0.5 rolled up along r = b angle, layers 0.065 apart, on a jittered grid, with the place of each point on it.
+fn roll() -> (Vec<[f64; 3]>, Vec<[f64; 2]>) {
+    let b = 0.065 / TAU;
+    let arc = |angle: f64| 0.5 * b * (angle * angle.hypot(1.0) + angle.asinh());
+    let mut random = Random(6);
+    let (mut points, mut places) = (Vec::new(), Vec::new());
+    let mut angle = 5.0 * TAU;
+    while angle < 9.0 * TAU {
+        let step = 0.02 / (b * angle);
+        for row in 0..25 {
+            let along = angle + step * random.next();
+            let z = 0.02 * (f64::from(row) + random.next());
+            points.push([b * along * along.cos(), b * along * along.sin(), z]);
+            places.push([arc(along), z]);
+        }
+        angle += step;
+    }
+    (points, places)
+}
+
+#[test]
+fn points_of_a_rolled_model_stay_on_their_layer() {
+    let (points, places) = roll();
+    // Charts are up to ten times as wide as layers are apart.
+    for accuracy in [1e-3, 8e-3] {
+        let geodesics = model(&points, accuracy);
+        let atlas = geodesics.surface();
+        let nodes: Vec<_> = points
+            .iter()
+            .map(|x| atlas.node_near(&Vector::from(*x)).expect("a foot"))
+            .collect();
+        for (i, (node, x)) in nodes.iter().zip(&points).enumerate() {
+            let moved = (node.point + atlas.cloud().centre - Vector::from(*x)).norm();
+            assert!(moved <= 2.0 * accuracy, "point {i} moved by {moved}");
+            assert!(moved <= atlas.farthest_point(node.place), "point {i}");
+        }
+        for i in 0..40 {
+            let [a, b] = [
+                (i * 7_919) % points.len(),
+                (i * 104_729 + 13) % points.len(),
+            ];
+            let truth = (places[a][0] - places[b][0]).hypot(places[a][1] - places[b][1]);
+            let path = geodesics.path(&nodes[a], &nodes[b], &Settings::default());
+            let error = (path.length - truth).abs();
+            assert!(
+                path.converged() && error <= 3.0 * accuracy,
+                "pair {i}: {error}"
+            );
+        }
+    }
+    // A point between two layers is farther off than the model's points are.
+    let geodesics = model(&points, 1e-3);
+    let between = Vector::<3>::from([6.5 * 0.065, 0.0, 0.25]);
+    let node = geodesics.surface().node_near(&between).expect("a foot");
+    let moved = (node.point + geodesics.surface().cloud().centre - between).norm();
+    assert!((moved - 0.0325).abs() < 3e-3, "{moved}");
+    assert!(moved > geodesics.surface().farthest_point(node.place));
+}
+
+/// All the numbers of a model.
+fn numbers(model: &mut Model) -> Vec<&mut f64> {
+    let mut numbers = vec![&mut model.header.detail];
+    for chart in &mut model.charts {
+        numbers.extend(&mut chart.origin);
+        numbers.extend(chart.frame.iter_mut().flatten());
+        numbers.extend(chart.coefficients.iter_mut().flatten());
+        numbers.extend([&mut chart.radius, &mut chart.scale, &mut chart.spacing]);
+        numbers.extend([&mut chart.residual, &mut chart.height_error]);
+        for disc in &mut chart.rim {
+            numbers.extend(disc.centre.iter_mut().chain(&mut disc.outward));
+            numbers.extend([&mut disc.radius, &mut disc.share]);
+        }
+    }
+    numbers
+}
+
+#[test]
+fn damaged_models_are_refused_or_cost_no_more_than_others() {
+    let points: Vec<_> = sphere(900, 1.0)
+        .into_iter()
+        .filter(|x| x[2] > 0.3)
+        .collect();
+    let (atlas, _) = fit(&points, &within(1e-2));
+    let good = atlas.to_model();
+    let count = numbers(&mut good.clone()).len();
+    let (mut refused, mut served) = (0, 0);
+    for (i, factor) in (0..count).step_by(5).zip(
+        [0.0, 1e-200, 1e-2, 0.7, -1.0, 30.0, 1e9, 1e300]
+            .iter()
+            .cycle(),
+    ) {
+        let mut model = good.clone();
+        *numbers(&mut model)[i] *= factor;
+        let Ok(atlas) = Atlas::<3>::from_model(&model) else {
+            refused += 1;
+            continue;
+        };
+        served += 1;
+        let geodesics = Geodesics::of_atlas(atlas);
+        let fields = Fields::of_cloud(&geodesics).expect("a surface");
+        let node = geodesics.surface().nodes()[0];
+        let Ok(field) = fields.from(&[Source { node, start: 0.0 }], &field::Settings::default())
+        else {
+            continue;
+        };
+        for value in fields.at_points(&field) {
+            assert!(value.distance >= 0.0 && value.error >= 0.0, "{i} {factor}");
+        }
+    }
+    assert!(refused > 10 && served > 10, "{refused} {served}");
 }

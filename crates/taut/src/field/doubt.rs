@@ -214,9 +214,17 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         share: f64,
         first: Option<Taken<D>>,
     ) -> Option<Taken<D>> {
+        let around = |node: u32| {
+            let beside = self.adjacent(node).map(|edge| edge.to);
+            std::iter::once(node).chain(beside)
+        };
+        // Round rims each node knows of other corners.
+        let is_round_rim = |branch: &Branch| branch.jet.heading.is_bent() && branch.piece.is_none();
+        if around(node).any(|near| field.branches(near).iter().any(is_round_rim)) {
+            return first.map(Taken::with_missed);
+        }
         let most = first.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
-        let beside = self.adjacent(node).map(|edge| edge.to);
-        let others = beside.filter_map(|other| {
+        let others = around(node).skip(1).filter_map(|other| {
             let frame = self.frames[other as usize].as_ref()?;
             let close = (frame.point - x).norm() <= CLOSE * self.spacing[node as usize];
             close

@@ -156,10 +156,14 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// O(n), in parallel.
     #[must_use]
     pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
-        if let Some(Other::Cost(found)) = &field.other {
-            return found.values.clone();
-        }
         let atlas = self.geodesics.surface();
+        if let Some(Other::Cost(found)) = &field.other {
+            if atlas.has_points() {
+                return found.values.clone();
+            }
+            let origins = atlas.nodes();
+            return parallel::map(origins.len(), |i| self.at(field, &origins[i]));
+        }
         let share = if atlas.is_noisy() {
             OFF_SURFACE
         } else {
@@ -180,6 +184,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         near.map_or_else(Value::unreached, |near| {
             if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
                 let points = net.nearest(&node.point, near, NEAREST_POINTS);
+                if net.is_length {
+                    let value = found.by_segments(net, self.geodesics.surface(), node, &points);
+                    let value = value.filter(|value| value.distance <= field.max_distance);
+                    return value.unwrap_or_else(Value::unreached);
+                }
                 return found.at(net, &node.point, &points);
             }
             self.at_node(field, near, &node.point, ON_SURFACE)

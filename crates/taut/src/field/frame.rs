@@ -118,6 +118,15 @@ impl<const D: usize> Frame<D> {
         length * (length * self.curvature()).powi(4) / 24.0
     }
 
+    /// By how much the lengths of the straight step to another frame, seen from its two ends, differ.
+    pub fn disagreement(&self, other: &Self) -> f64 {
+        let [there, back] = [
+            self.log(&other.point, ON_SURFACE),
+            other.log(&self.point, ON_SURFACE),
+        ];
+        (norm(there) - norm(back)).abs() + self.log_error(norm(there))
+    }
+
     /// 1 if the other frame, nearby, turns the same way, -1 if not.
     pub fn handedness(&self, other: &Self) -> f64 {
         let [a, b] = other.coordinates(&self.tangents[0]);

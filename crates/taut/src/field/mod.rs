@@ -160,6 +160,11 @@ impl<const D: usize> Field<D> {
 const NOISY_TOLERANCE: f64 = 1e-4;
 /// Median error of the surface's height, in spacings of the graph's nodes, above which rays scatter.
 const ROUGH: f64 = 1e-4;
+/// Charts of a model may be so large that rays say nothing of what lies between: they serve where there are so many, and the
+/// surface turns by no more radians than this over the spacing of so large a share of them.
+const FEWEST: usize = 64;
+const RESOLVED: f64 = 0.3;
+const MOST: f64 = 0.95;
 /// Neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
 /// Nodes right beside each other are at most this many spacings apart.
@@ -265,8 +270,8 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
 }
 
 impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
-    /// Fields on a cloud, by what suits it: rays where its surface is smooth, and where it is rough, so that rays
-    /// scatter, a march over its points, as with a cost of 1.
+    /// Fields on a cloud or a model, by what suits it: rays where its surface is smooth, and where it is rough, so that rays
+    /// scatter, a march over its points, as with a cost of 1. A model keeps no points: some are put all over it.
     ///
     /// # Errors
     /// As [`with_cost`](Self::with_cost).
@@ -275,17 +280,37 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
     pub fn of_cloud(geodesics: &'a Geodesics<D, Atlas<D>>) -> Result<Self, Error> {
         let atlas = geodesics.surface();
         let spacing = spacing(geodesics.graph());
-        if atlas.intrinsic_dimension() == 2 && atlas.has_points() {
-            let errors = (0..).zip(&spacing);
-            let mut errors: Vec<f64> = errors
-                .map(|(chart, spacing)| atlas.height_error(chart) / spacing)
-                .collect();
-            errors.sort_by(f64::total_cmp);
-            if errors.get(errors.len() / 2).is_some_and(|e| *e > ROUGH) {
-                return Self::with_cost(geodesics, &Cost::default());
+        if atlas.intrinsic_dimension() != 2 {
+            return Ok(Self::with_spacing(geodesics, spacing));
+        }
+        let errors = (0..).zip(&spacing);
+        let errors = errors.map(|(chart, spacing)| atlas.height_error(chart) / spacing);
+        let is_rough = quantile(errors, 0.5) > ROUGH;
+        if atlas.has_points() {
+            return if is_rough {
+                Self::with_cost(geodesics, &Cost::default())
+            } else {
+                Ok(Self::with_spacing(geodesics, spacing))
+            };
+        }
+        if !is_rough && spacing.len() >= FEWEST {
+            let fields = Self::with_spacing(geodesics, spacing);
+            if fields.turning() <= RESOLVED {
+                return Ok(fields);
             }
         }
-        Ok(Self::with_spacing(geodesics, spacing))
+        let net = cost::Net::of_nodes(atlas, &atlas.spread(), &Cost::default())?;
+        Ok(Self::with_net(geodesics, net))
+    }
+
+    /// By how many radians the surface turns over the spacing of most of the graph's nodes at most.
+    fn turning(&self) -> f64 {
+        let frames = self.frames.iter().zip(&self.spacing);
+        let turns = frames.map(|(frame, spacing)| {
+            let bent = frame.as_ref().map_or(f64::INFINITY, Frame::curvature);
+            bent * spacing
+        });
+        quantile(turns, MOST)
     }
 
     /// Fields of least cost: distances are integrals of the cost per length, directions those of travel. Tolerances
@@ -297,16 +322,31 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
     ///
     /// O(n) in the points of the cloud, in parallel.
     pub fn with_cost(geodesics: &'a Geodesics<D, Atlas<D>>, cost: &Cost) -> Result<Self, Error> {
-        Ok(Self {
+        let net = cost::Net::new(geodesics.surface(), cost)?;
+        Ok(Self::with_net(geodesics, net))
+    }
+
+    fn with_net(geodesics: &'a Geodesics<D, Atlas<D>>, net: cost::Net<D>) -> Self {
+        Self {
             geodesics,
             frames: Vec::new(),
             any_frames: Vec::new(),
-            net: Some(cost::Net::new(geodesics.surface(), cost)?),
+            net: Some(net),
             spacing: Vec::new(),
             rims: Rims::none(),
             places: OnceLock::new(),
-        })
+        }
     }
+}
+
+/// The value that a share of some lies below; infinite where it is not a number, 0 of none.
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut sorted: Vec<f64> = values
+        .map(|value| if value.is_nan() { f64::INFINITY } else { value })
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    let place = (share * sorted.len() as f64) as usize;
+    sorted.get(place).copied().unwrap_or(0.0)
 }
 
 /// The spacing of the graph's nodes, of each.

@@ -2,11 +2,16 @@
 
 use crate::Vector;
 use crate::field::Value;
-use crate::field::cost::{Found, Net};
+use crate::field::cost::update::{Known, Target, Way, through};
+use crate::field::cost::{Found, Net, Slope};
+use crate::field::frame::Frame;
+use crate::surface::{Geometry, Node, Surface};
 
 /// Of so many points near a place the one with the least way there tells its direction, and cosine to it of others'.
 const BRANCHES: usize = 6;
 const ALIKE: f64 = 0.7;
+/// So many points beside a place must be reached straight from a source for it to be so.
+const BESIDE: usize = 3;
 
 impl<const D: usize> Found<D> {
     /// The number of points that no way leads to.
@@ -29,6 +34,97 @@ impl<const D: usize> Found<D> {
             error: value.error + change.abs() * step.norm() / net.spacing[nearest].max(step.norm()),
             ..value
         }
+    }
+
+    /// The value at a node of the surface, where costs are lengths: by the least way through the segments round the nearest
+    /// point, or straight from a source, as at the points. `None` where no way leads there.
+    pub fn by_segments<S: Surface<D>>(
+        &self,
+        net: &Net<D>,
+        surface: &S,
+        node: &Node<D, S::Place>,
+        near: &[u32],
+    ) -> Option<Value<D>> {
+        let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
+        let is_known = surface.intrinsic_dimension() == 2
+            && surface.cheap_geometry(&node.point, node.place, &mut geometry);
+        let frame = is_known.then(|| Frame::new(node.point, &geometry));
+        let target = Target {
+            point: &node.point,
+            rate: 1.0,
+            frame: frame.as_ref(),
+            slope: Slope::Level,
+            is_length: true,
+        };
+        let beside = near.iter().take(BESIDE);
+        let error = beside.map(|i| self.values[*i as usize].error);
+        let error = error.fold(0.0, f64::max);
+        let of_way = |way: Way<D>, source: u32| Value {
+            distance: way.cost,
+            error,
+            source,
+            direction: way
+                .gradient
+                .try_normalize(0.0)
+                .unwrap_or_else(Vector::zeros),
+        };
+        if let Some((way, source)) = self.straight(&target, near) {
+            return Some(of_way(way, source));
+        }
+        let (way, from) = self.through_segments(net, &target, *near.first()?)?;
+        Some(of_way(way, self.values[from as usize].source))
+    }
+
+    /// The least way straight from a source, where the nearest points are reached so.
+    fn straight(&self, target: &Target<'_, D>, near: &[u32]) -> Option<(Way<D>, u32)> {
+        let beside = near.iter().take(BESIDE);
+        let origins = beside.map(|i| self.straight[*i as usize]);
+        let origins: Vec<u32> = origins.collect::<Option<_>>()?;
+        let ways = origins.iter().map(|i| {
+            let origin = &self.origins[*i as usize];
+            let known = Known {
+                point: origin.point,
+                frame: None,
+                rate: 1.0,
+                cost: origin.start,
+                gradient: None,
+            };
+            (through(target, [&known; 2]), origin.source)
+        });
+        ways.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost))
+    }
+
+    /// The least way to a target through the segments of the ring round a point and between the point and the ring, and where
+    /// it comes from.
+    fn through_segments(
+        &self,
+        net: &Net<D>,
+        target: &Target<'_, D>,
+        point: u32,
+    ) -> Option<(Way<D>, u32)> {
+        let reached = |i: u32| self.values[i as usize].distance.is_finite();
+        let known = |i: u32| Known {
+            point: net.points[i as usize],
+            frame: net.frame(i),
+            rate: 1.0,
+            cost: self.values[i as usize].distance,
+            gradient: Some(self.gradients[i as usize]),
+        };
+        let ring = net.inner.of(point);
+        let round = ring.iter().zip(ring.iter().cycle().skip(1));
+        let round = round.filter(|(spoke, _)| spoke.joined);
+        let round = round.map(|(spoke, next)| [spoke.to, next.to]);
+        let segments = round.chain(ring.iter().map(|spoke| [point, spoke.to]));
+        let ways = segments.chain([[point; 2]]).filter_map(|ends| {
+            if !ends.iter().all(|end| reached(*end)) {
+                return None;
+            }
+            let [a, b] = ends.map(known);
+            let way = through(target, [&a, &b]);
+            let from = ends[usize::from(way.share > 0.5)];
+            Some((way, from))
+        });
+        ways.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost))
     }
 
     fn is_known(&self, net: &Net<D>, x: &Vector<D>, point: u32, near: &[u32]) -> bool {

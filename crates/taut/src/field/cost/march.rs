@@ -10,6 +10,7 @@ use crate::field::Value;
 use crate::field::cost::Slope;
 use crate::field::cost::net::{Net, Rings, Spoke};
 use crate::field::cost::update::{Known, Way, through};
+use crate::field::frame::Frame;
 use crate::parallel;
 
 /// Points so near a source, by rank, take the straight way from it.
@@ -30,6 +31,7 @@ const EDGE: f64 = 2.0;
 const JUMP: f64 = 0.5;
 
 /// A place of a source: where it lies, a node of the graph beside it, its start value, and the source.
+#[derive(Clone, Debug)]
 pub(crate) struct Origin<const D: usize> {
     pub point: Vector<D>,
     pub near: Option<u32>,
@@ -37,6 +39,8 @@ pub(crate) struct Origin<const D: usize> {
     pub source: u32,
     /// How far off the next places of the same source are; 0 where there are none.
     pub gap: f64,
+    /// How the surface bends there, where that is known.
+    pub frame: Option<Frame<D>>,
 }
 
 /// The least cost at each point of the net.
@@ -44,6 +48,9 @@ pub(crate) struct Origin<const D: usize> {
 pub(crate) struct Found<const D: usize> {
     pub values: Vec<Value<D>>,
     pub(super) gradients: Vec<Vector<D>>,
+    /// The places of the sources, and for each point the one that it is reached straight from, if any.
+    pub(super) origins: Vec<Origin<D>>,
+    pub(super) straight: Vec<Option<u32>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -55,8 +62,8 @@ struct Label<const D: usize> {
     source: u32,
     /// Estimated error by what is not known along the way.
     doubt: f64,
-    /// Beside a source.
-    fixed: bool,
+    /// The place of a source that the point is reached straight from.
+    origin: Option<u32>,
 }
 
 impl<const D: usize> Label<D> {
@@ -67,7 +74,7 @@ impl<const D: usize> Label<D> {
             step: Vector::zeros(),
             source: u32::MAX,
             doubt: 0.0,
-            fixed: false,
+            origin: None,
         }
     }
 }
@@ -105,10 +112,10 @@ pub(crate) struct Limits {
 /// The least costs from sources within limits.
 pub(crate) fn find<const D: usize>(
     net: &Net<D>,
-    sources: &[Origin<D>],
+    sources: Vec<Origin<D>>,
     limits: Limits,
 ) -> Result<Found<D>, Error> {
-    let start = beside(net, sources)?;
+    let start = beside(net, &sources)?;
     let (first, longest) = in_order(net, start, limits);
     let mut order: Vec<u32> = (0..first.len() as u32)
         .filter(|i| first[*i as usize].cost.is_finite())
@@ -122,7 +129,12 @@ pub(crate) fn find<const D: usize>(
     let swept = parallel::map(rings.len(), |i| swept(net, rings[i], &first, &order));
     let (inner, outer) = (&swept[0], &swept[1]);
     let value = |((inner, outer), first): ((&Label<D>, &Label<D>), &Label<D>)| {
-        let direction = inner.step.try_normalize(0.0).unwrap_or_else(Vector::zeros);
+        let ahead = if net.is_length {
+            inner.gradient
+        } else {
+            inner.step
+        };
+        let direction = ahead.try_normalize(0.0).unwrap_or_else(Vector::zeros);
         if inner.cost > longest {
             return Value::unreached();
         }
@@ -138,16 +150,35 @@ pub(crate) fn find<const D: usize>(
             direction,
         }
     };
+    let values: Vec<Value<D>> = inner.iter().zip(outer).zip(&first).map(value).collect();
     Ok(Found {
-        values: inner.iter().zip(outer).zip(&first).map(value).collect(),
+        values: if net.is_length {
+            with_doubts_around(net, values)
+        } else {
+            values
+        },
         gradients: inner.iter().map(|label| label.gradient).collect(),
+        straight: inner.iter().map(|label| label.origin).collect(),
+        origins: sources,
+    })
+}
+
+/// The values, each as uncertain as the most uncertain one of its ring: the rings may agree at a point by chance.
+fn with_doubts_around<const D: usize>(net: &Net<D>, values: Vec<Value<D>>) -> Vec<Value<D>> {
+    parallel::map(values.len(), |i| {
+        let ring = net.inner.of(i as u32).iter();
+        let around = ring.map(|spoke| values[spoke.to as usize].error);
+        Value {
+            error: around.fold(values[i].error, f64::max),
+            ..values[i]
+        }
     })
 }
 
 /// The points beside the sources, reached straight from them.
 fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Label<D>>, Error> {
     let mut labels = vec![Label::none(); net.points.len()];
-    for origin in sources {
+    for (index, origin) in (0..).zip(sources) {
         let Some(chart) = origin.near else { continue };
         let near = net.nearest(&origin.point, chart, NEAR_SOURCE);
         let rate = near.first().map_or(1.0, |i| net.costs[*i as usize]);
@@ -165,6 +196,7 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
             }
             let source_itself = Known {
                 point: origin.point,
+                frame: None,
                 rate,
                 cost: origin.start,
                 gradient: None,
@@ -177,14 +209,18 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
                 - (length * length - 0.25 * origin.gap * origin.gap)
                     .max(0.0)
                     .sqrt();
+            let bent = match (&origin.frame, net.frame(*point)) {
+                (Some(from), Some(to)) if net.is_length => from.disagreement(to),
+                _ => 0.0,
+            };
             if way.cost < label.cost {
                 *label = Label {
                     cost: way.cost,
                     gradient: way.gradient,
                     step: way.step,
                     source: origin.source,
-                    doubt: 0.25 * (there - rate).abs() * length + rate * nearer,
-                    fixed: true,
+                    doubt: 0.25 * (there - rate).abs() * length + rate * nearer + bent,
+                    origin: Some(index),
                 };
             }
         }
@@ -192,10 +228,16 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
     Ok(labels)
 }
 
-fn known<const D: usize>(net: &Net<D>, labels: &[Label<D>], point: u32, cubic: bool) -> Known<D> {
+fn known<'a, const D: usize>(
+    net: &'a Net<D>,
+    labels: &[Label<D>],
+    point: u32,
+    cubic: bool,
+) -> Known<'a, D> {
     let i = point as usize;
     Known {
         point: net.points[i],
+        frame: net.frame(point),
         rate: net.costs[i],
         cost: labels[i].cost,
         gradient: cubic.then_some(labels[i].gradient),
@@ -231,7 +273,7 @@ fn label<const D: usize>(
         step: way.step,
         source: from.source,
         doubt,
-        fixed: false,
+        origin: None,
     }
 }
 
@@ -369,7 +411,10 @@ fn swept<const D: usize>(
         SWEEPS_OF_SLOPES
     };
     for _ in 0..sweeps {
-        for point in order.iter().filter(|i| !first[**i as usize].fixed) {
+        for point in order
+            .iter()
+            .filter(|i| first[**i as usize].origin.is_none())
+        {
             if let Some(label) = least(net, rings.of(*point), &labels, first, *point) {
                 labels[*point as usize] = label;
             }

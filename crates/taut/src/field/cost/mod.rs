@@ -18,8 +18,9 @@ pub(crate) use net::Net;
 use crate::Vector;
 use crate::error::Error;
 use crate::field::sources::nearest_entrance;
-use crate::field::{Field, Fields, Other, Settings, Source, Sources};
+use crate::field::{Field, Fields, Other, Settings, Source, Sources, frame};
 use crate::guess::Guide;
+use crate::surface::Geometry;
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field of least cost, which ends where `enough` points are passed.
@@ -30,6 +31,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         enough: usize,
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
+        let surface = self.geodesics.surface();
+        let is_surface = surface.intrinsic_dimension() == 2;
         let origin = |source: u32, at: &Source<D, S::Place>, gap: f64| {
             let entrances = self.geodesics.entrances(&at.node);
             Origin {
@@ -38,6 +41,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 start: at.start,
                 source,
                 gap,
+                frame: is_surface
+                    .then(|| frame(surface, &at.node, &mut Geometry::new(D - 2)))
+                    .flatten(),
             }
         };
         let origins: Vec<Origin<D>> = match sources {
@@ -56,7 +62,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             longest: settings.max_distance,
             enough,
         };
-        let found = find(net, &origins, limits)?;
+        let found = find(net, origins, limits)?;
         Ok(Field::of_other(Other::Cost(found), settings.max_distance))
     }
 }

@@ -6,8 +6,8 @@ use crate::field::cost::update::Target;
 use crate::field::cost::{Cost, Slope};
 use crate::field::frame::Frame;
 use crate::parallel;
-use crate::surface::atlas::{Atlas, Lists};
-use crate::surface::{Geometry, Surface};
+use crate::surface::atlas::{Atlas, ChartIndex, Lists};
+use crate::surface::{Geometry, Node, Surface};
 
 /// The nearest neighbours from which a ring is made, by rank of their distance: the inner and the outer one.
 const INNER: std::ops::Range<usize> = 0..40;
@@ -64,6 +64,8 @@ pub(crate) struct Net<const D: usize> {
     frames: Vec<Option<Frame<D>>>,
     pub costs: Vec<f64>,
     pub slope: Slope,
+    /// Costs are lengths.
+    pub is_length: bool,
     /// Rings of the nearest neighbours, and of those farther off.
     pub inner: Rings,
     pub outer: Rings,
@@ -77,23 +79,41 @@ pub(crate) struct Net<const D: usize> {
 }
 
 impl<const D: usize> Net<D> {
+    /// The net of the points of a cloud.
     pub fn new(atlas: &Atlas<D>, cost: &Cost) -> Result<Self, Error> {
+        let points = atlas.cloud().points.iter().enumerate();
+        let node = |(i, point): (usize, &Vector<D>)| Node {
+            point: *point,
+            place: atlas.owner(i),
+        };
+        Self::of_nodes(atlas, &points.map(node).collect::<Vec<_>>(), cost)
+    }
+
+    /// The net of other points of an atlas, for which there is no cost but that of the length.
+    pub fn of_nodes(
+        atlas: &Atlas<D>,
+        nodes: &[Node<D, ChartIndex>],
+        cost: &Cost,
+    ) -> Result<Self, Error> {
         let dimension = atlas.intrinsic_dimension();
         if dimension > 2 {
             return Err(Error::NoCosts { dimension });
         }
         cost.slope.check()?;
-        let costs = costs_of_points(atlas, &cost.at_rows)?;
+        let costs = costs_of_points(atlas, nodes.len(), &cost.at_rows)?;
         let mut owned = vec![Vec::new(); atlas.nodes().len()];
         for point in 0..costs.len() {
-            owned[atlas.owner(point) as usize].push(point as u32);
+            owned[nodes[point].place as usize].push(point as u32);
         }
         let by_chart = Lists::new(owned.iter().map(|list| list.iter().copied()));
         let around = (0..owned.len() as u32).map(|chart| atlas.beside(chart).iter().copied());
         let around = Lists::new(around);
         let scratch = || Geometry::new(D - dimension);
         let put_on = |geometry: &mut Geometry<D>, i: usize| {
-            let (x, mut place) = (atlas.cloud().points[i], atlas.owner(i));
+            let Node {
+                point: x,
+                mut place,
+            } = nodes[i];
             let x = atlas.foot(&x, &mut place, geometry).unwrap_or(x);
             let known = dimension == 2 && atlas.cheap_geometry(&x, place, geometry);
             (x, known.then(|| Frame::new(x, geometry)))
@@ -103,6 +123,7 @@ impl<const D: usize> Net<D> {
         let mut net = Self {
             points,
             frames,
+            is_length: cost.slope == Slope::Level && costs.iter().all(|cost| *cost == 1.0),
             costs,
             slope: cost.slope,
             inner: Rings::default(),
@@ -112,7 +133,8 @@ impl<const D: usize> Net<D> {
             by_chart,
             around,
         };
-        let rings = |geometry: &mut _, i: usize| net.rings(atlas, i as u32, geometry);
+        let rings =
+            |geometry: &mut _, i: usize| net.rings(atlas, i as u32, nodes[i].place, geometry);
         let found = parallel::map_with(net.points.len(), scratch, rings);
         net.spacing = found.iter().map(|f| f.2).collect();
         let (inner, outer): (Vec<_>, Vec<_>) = found.into_iter().map(|f| (f.0, f.1)).unzip();
@@ -127,9 +149,15 @@ impl<const D: usize> Net<D> {
         Target {
             point: &self.points[i],
             rate: self.costs[i],
-            frame: self.frames[i].as_ref(),
+            frame: self.frame(point),
             slope: self.slope,
+            is_length: self.is_length,
         }
+    }
+
+    /// How the surface bends at a point, where that is known.
+    pub fn frame(&self, point: u32) -> Option<&Frame<D>> {
+        self.frames[point as usize].as_ref()
     }
 
     /// The points of the charts beside one, nearest to `x` first, at most `count`.
@@ -171,10 +199,10 @@ impl<const D: usize> Net<D> {
         &self,
         atlas: &Atlas<D>,
         point: u32,
+        chart: ChartIndex,
         geometry: &mut Geometry<D>,
     ) -> (Vec<Spoke>, Vec<Spoke>, f64) {
         let x = self.points[point as usize];
-        let chart = atlas.owner(point as usize);
         let mut near = self.nearest(&x, chart, OUTER.end + 1);
         let distance = |j: &u32| (self.points[*j as usize] - x).norm();
         let others = near.iter().filter(|j| **j != point).take(4);
@@ -303,10 +331,14 @@ fn spread(nearest: &[(f64, u32)], passes: impl Fn(u32) -> bool) -> Vec<(f64, u32
 }
 
 /// The cost at each point of the cloud.
-fn costs_of_points<const D: usize>(atlas: &Atlas<D>, at_rows: &[f64]) -> Result<Vec<f64>, Error> {
+fn costs_of_points<const D: usize>(
+    atlas: &Atlas<D>,
+    points: usize,
+    at_rows: &[f64],
+) -> Result<Vec<f64>, Error> {
     let cloud = atlas.cloud();
     if at_rows.is_empty() {
-        return Ok(vec![1.0; cloud.points.len()]);
+        return Ok(vec![1.0; points]);
     }
     let expected = cloud.point_of_row.len();
     if at_rows.len() != expected {

@@ -2,12 +2,14 @@
 
 use crate::Vector;
 use crate::field::cost::Slope;
-use crate::field::frame::Frame;
+use crate::field::frame::{Frame, ON_SURFACE};
 
 /// What is known at a point: the cost per length there, the least cost and its gradient.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Known<const D: usize> {
+pub(crate) struct Known<'a, const D: usize> {
     pub point: Vector<D>,
+    /// How the surface bends there, where the segments that end there are to follow it.
+    pub frame: Option<&'a Frame<D>>,
     pub rate: f64,
     pub cost: f64,
     /// `None` where costs between points are to be linear.
@@ -22,6 +24,8 @@ pub(crate) struct Target<'a, const D: usize> {
     pub rate: f64,
     pub frame: Option<&'a Frame<D>>,
     pub slope: Slope,
+    /// Costs are lengths: steps and segments are geodesics of the surface, seen from their ends.
+    pub is_length: bool,
 }
 
 /// Arcs are longer than their chords by at most this share: where they bend more, chords say nothing of them.
@@ -36,11 +40,22 @@ impl<const D: usize> Target<'_, D> {
         let Some(frame) = self.frame.filter(|_| squared > 0.0) else {
             return (length, gradient);
         };
+        if self.is_length {
+            return arc(frame, step);
+        }
         let along = frame.coordinates(step);
         let bent = frame.bend(along, along).norm_squared() / (24.0 * squared);
         let stretch = 1.0 + bent.min(MOST_BENT);
         (length * stretch, gradient * stretch)
     }
+}
+
+/// The length of the geodesic that arrives at a frame by a step, and its direction there.
+fn arc<const D: usize>(frame: &Frame<D>, step: &Vector<D>) -> (f64, Vector<D>) {
+    let back = frame.vector(frame.log(&(frame.point - step), ON_SURFACE));
+    let (chord, length) = (step.norm(), back.norm());
+    let direction = -back / length.max(f64::MIN_POSITIVE);
+    (length.clamp(chord, (1.0 + MOST_BENT) * chord), direction)
 }
 
 /// A way to a point.
@@ -63,8 +78,10 @@ const KINK: f64 = 0.3;
 /// A segment being looked at from a point.
 struct Segment<'a, const D: usize> {
     to: &'a Target<'a, D>,
-    ends: [&'a Known<D>; 2],
+    ends: [&'a Known<'a, D>; 2],
     edge: Vector<D>,
+    /// The second derivative of the surface's curve along it, 0 where the segment is straight.
+    bend: Vector<D>,
     /// The cost along it is a + b t + c t^2 + d t^3.
     cubic: [f64; 4],
 }
@@ -73,13 +90,15 @@ impl<const D: usize> Segment<'_, D> {
     /// The cost by way of a place on the segment, its derivative, and the step from there.
     fn at(&self, t: f64) -> (f64, f64, Vector<D>) {
         let [a, b, c, d] = self.cubic;
-        let step = self.to.point - self.ends[0].point - self.edge * t;
+        let start = self.edge * t - self.bend * (0.5 * t * (1.0 - t));
+        let step = self.to.point - self.ends[0].point - start;
+        let forwards = self.edge - self.bend * (0.5 - t);
         let (length, gradient) = self.to.step(&step);
         let rates = self.ends[1].rate - self.ends[0].rate;
         let rate = 0.5 * (self.to.rate + self.ends[0].rate + t * rates);
         let cost = a + t * (b + t * (c + t * d)) + rate * length;
         let along = b + t * (2.0 * c + t * 3.0 * d);
-        let change = along + 0.5 * rates * length - rate * gradient.dot(&self.edge);
+        let change = along + 0.5 * rates * length - rate * gradient.dot(&forwards);
         (cost, change, step)
     }
 
@@ -125,12 +144,14 @@ impl<const D: usize> Segment<'_, D> {
 }
 
 /// The least way to a point through the segment between two that are known, or from one.
-pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> Way<D> {
+pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) -> Way<D> {
     let rate = to.rate;
     let [a, b] = from;
     let edge = b.point - a.point;
     let rise = b.cost - a.cost;
-    let slopes = [a, b].map(|end| end.gradient.map_or(rise, |g| g.dot(&edge)));
+    let (along, bend) = along_surface(to, from, &edge);
+    let slope = |end: &Known<D>, along: &Vector<D>| end.gradient.map_or(rise, |g| g.dot(along));
+    let slopes = [slope(a, &along[0]), slope(b, &along[1])];
     // Slopes may make valleys of the cost with a kink, where a cubic would be too low.
     let most = KINK * 0.5 * (a.rate + b.rate) * edge.norm();
     let smooth =
@@ -140,6 +161,7 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> W
         to,
         ends: from,
         edge,
+        bend,
         cubic: [
             a.cost,
             slopes[0],
@@ -154,6 +176,14 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> W
     };
     let (cost, _, step) = segment.at(share);
     let (length, direction) = to.step(&step);
+    if to.is_length {
+        return Way {
+            cost,
+            gradient: direction,
+            step,
+            share,
+        };
+    }
     let start = a.rate + share * (b.rate - a.rate);
     // The gradient changes along the way by that of the cost per length, known in the triangle.
     let change = gradient_in_triangle(to.point - a.point, edge, rate - a.rate, b.rate - a.rate);
@@ -175,6 +205,33 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<D>; 2]) -> W
         step,
         share,
     }
+}
+
+/// The derivatives of the curve along the surface over a segment, at its ends, and its second derivative: those of a straight
+/// line where costs are no lengths or the surface bends in an unknown way.
+fn along_surface<const D: usize>(
+    to: &Target<D>,
+    [a, b]: [&Known<'_, D>; 2],
+    edge: &Vector<D>,
+) -> ([Vector<D>; 2], Vector<D>) {
+    let frames = a.frame.zip(b.frame).filter(|_| to.is_length);
+    let Some((first, last)) = frames else {
+        return ([*edge; 2], Vector::zeros());
+    };
+    let ahead = arc(last, edge);
+    let back = arc(first, &-edge);
+    let bends = [first, last].map(|frame| {
+        let along = frame.coordinates(edge);
+        frame.bend(along, along)
+    });
+    let mean = (bends[0] + bends[1]) * 0.5;
+    // A bend of more than the edge's own length says nothing of the curve.
+    let bend = if mean.norm_squared() <= edge.norm_squared() {
+        mean
+    } else {
+        Vector::zeros()
+    };
+    ([-back.1 * back.0, ahead.1 * ahead.0], bend)
 }
 
 /// The gradient of the linear function that changes by `du` and `dv` along u and v; 0 where these are parallel.

@@ -195,6 +195,7 @@ impl<const D: usize> Draft<D> {
             rim,
             outliers,
             has_points: true,
+            supports: None,
             tree,
         }
     }

@@ -5,7 +5,7 @@
 //! signed distance to that surface: it has the right side, but no more.
 
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::{Atlas, ChartIndex};
+use crate::surface::atlas::{Atlas, CROSSING, ChartIndex};
 use crate::surface::{Geometry, Surface};
 use crate::{Matrix, Vector};
 
@@ -26,6 +26,17 @@ pub struct Level<const D: usize> {
 
 /// Points next to a point of space whose charts may be the nearest.
 const CANDIDATES: usize = 8;
+/// How far points lie from the surface at most, in residuals, or if that is more in spacings.
+const FARTHEST_POINT: f64 = 10.0;
+const LEAST_FARTHEST: f64 = 0.01;
+/// The share of a support within which its chart counts.
+const WITHIN: f64 = 0.9;
+/// Steps to the point of a chart next to another.
+const SLIDES: usize = 4;
+/// Rims are looked for on the way from a chart's origin, so many spacings apart, ...
+const LOOK: f64 = 1.5;
+/// ... and at so many places at most.
+const MOST_LOOKS: f64 = 64.0;
 
 impl<const D: usize> Atlas<D> {
     /// F at a point in the input's coordinates; `None` for surfaces of several normals. Of one sign on each
@@ -53,6 +64,16 @@ impl<const D: usize> Atlas<D> {
         })
     }
 
+    /// About how far at most the points that a chart was fitted to lie from the surface near it: ten times the largest
+    /// residual (root mean square) of a chart that is blended with it, or a hundredth of its spacing.
+    #[must_use]
+    pub fn farthest_point(&self, chart: ChartIndex) -> f64 {
+        let beside = self.neighbours.of(chart).iter();
+        let residuals = beside.map(|i| self.charts[*i as usize].residual);
+        let spacing = self.charts[chart as usize].spacing;
+        (FARTHEST_POINT * residuals.fold(0.0, f64::max)).max(LEAST_FARTHEST * spacing)
+    }
+
     /// Whether the support of a chart known at `home` holds `x`.
     fn charted(&self, x: &Vector<D>, home: ChartIndex) -> bool {
         let mut charts = self
@@ -64,7 +85,15 @@ impl<const D: usize> Atlas<D> {
     }
 
     /// The chart whose surface passes nearest to `x`, among those of the points next to it, and where.
+    ///
+    /// Of a model, whose charts may be much larger than its layers are apart, all charts come into question whose support
+    /// is near enough.
     pub(super) fn nearest_chart(&self, x: &Vector<D>) -> (ChartIndex, Vector<D>) {
+        if let Some(supports) = &self.supports {
+            let gap = |chart, most| self.gap_within(chart, x, most);
+            let nearest = supports.nearest(&self.charts, x, gap);
+            return (nearest, self.nearest_on(&self.charts[nearest as usize], x));
+        }
         let mut found = Vec::new();
         self.tree.nearest(x, CANDIDATES, &mut found);
         let mut best = (0, Vector::zeros(), f64::INFINITY);
@@ -103,6 +132,70 @@ impl<const D: usize> Atlas<D> {
         let mut heights = [0.0; D];
         chart.offsets(&self.monomials, &flat, &mut heights);
         (0..normals).fold(flat, |point, a| point - chart.frame.column(a) * heights[a])
+    }
+
+    /// The squared distance from `x` to the part of a chart's surface within its support and not across a rim from its
+    /// origin; rims are not looked at where it is more than `most` without them.
+    fn gap_within(&self, index: ChartIndex, x: &Vector<D>, most: f64) -> f64 {
+        let chart = &self.charts[index as usize];
+        let normals = D - self.monomials.variables;
+        let along = |offset: Vector<D>| {
+            let flat = (0..normals).fold(offset, |along, a| {
+                let normal = chart.frame.column(a);
+                along - normal * normal.dot(&offset)
+            });
+            let length = flat.norm();
+            flat * (WITHIN * chart.radius / length).min(1.0)
+        };
+        let lifted = |flat: &Vector<D>| {
+            let mut heights = [0.0; D];
+            let point = chart.origin + flat;
+            chart.offsets(&self.monomials, &point, &mut heights);
+            (0..normals).fold(point, |point, a| point - chart.frame.column(a) * heights[a])
+        };
+        let mut flat = along(x - chart.origin);
+        let mut point = lifted(&flat);
+        for _ in 0..SLIDES {
+            // To the foot of x on the tangent plane at the point, where there is but one normal.
+            let normal = chart.normal(&self.monomials, &point);
+            let off = x - point;
+            let slide = off - normal * (normal.dot(&off) / normal.norm_squared());
+            let next = along(point + slide - chart.origin);
+            let there = lifted(&next);
+            if normals > 1 || (x - there).norm_squared() >= off.norm_squared() {
+                break;
+            }
+            (flat, point) = (next, there);
+        }
+        let gap = (x - point).norm_squared();
+        if gap > most || self.rim.is_empty() {
+            return gap;
+        }
+        (x - self.inside_rims(index, &flat, point, lifted)).norm_squared()
+    }
+
+    /// The last point before a rim on the way from a chart's origin to a point of it, along its tangent plane.
+    fn inside_rims(
+        &self,
+        index: ChartIndex,
+        flat: &Vector<D>,
+        point: Vector<D>,
+        lifted: impl Fn(&Vector<D>) -> Vector<D>,
+    ) -> Vector<D> {
+        let spacing = self.charts[index as usize].spacing;
+        let steps = (flat.norm() / (LOOK * spacing))
+            .ceil()
+            .clamp(1.0, MOST_LOOKS);
+        let mut inside = self.charts[index as usize].origin;
+        for i in 1..=steps as usize {
+            let there = lifted(&(flat * (i as f64 / steps)));
+            let depth = self.beyond_rim(&there, index);
+            if depth.is_some_and(|depth| depth.0 > CROSSING * spacing) {
+                return inside;
+            }
+            inside = there;
+        }
+        point
     }
 
     /// The signed distance to a point of a chart's surface, on whose side of it `x` lies.

@@ -7,11 +7,13 @@
 
 pub(crate) mod build;
 pub(crate) mod chart;
+mod checks;
 mod cover;
 pub(crate) mod fit;
 mod fitted;
 mod implicit;
 mod jet;
+mod lattice;
 mod links;
 mod model;
 mod orient;
@@ -22,6 +24,7 @@ mod rows;
 mod scale;
 pub(crate) mod sheets;
 mod smooth;
+mod supports;
 
 pub use fitted::{Fit, FitSettings};
 pub use implicit::Level;
@@ -39,12 +42,16 @@ use chart::Chart;
 use jet::Jet;
 use polynomial::Monomials;
 use rim::Rim;
+use supports::Supports;
 
 /// A chart's index: where on an atlas a node lies.
 pub type ChartIndex = u32;
 
 /// A first guess may cut across a rim by this many spacings.
 const CROSSING: f64 = 0.75;
+/// The foot of a point on a model is at most so many times as far off as the nearest chart, and so many residuals.
+const FARTHER: f64 = 1.5;
+const AROUND: f64 = 5.0;
 /// Slack of feet on a single chart, in radii.
 const SLACK: f64 = 1e-6;
 /// Charts looked at at a time for those that overlap a point.
@@ -69,6 +76,8 @@ pub struct Atlas<const D: usize> {
     detail: f64,
     /// See [`Atlas::has_points`].
     has_points: bool,
+    /// Of a model, whose points do not tell its charts' extent.
+    supports: Option<Supports<D>>,
     /// Holds the points of the cloud, and then those put between rows of them.
     pub(crate) tree: crate::spatial::tree::Tree<D>,
 }
@@ -168,7 +177,29 @@ impl<const D: usize> Atlas<D> {
     /// [`Error::NoFoot`] where the pull-back does not arrive.
     pub fn node_near(&self, x: &Vector<D>) -> Result<Node<D, ChartIndex>, Error> {
         let x = x - self.cloud.centre;
-        self.pulled_or_refused(&x, self.nearest_chart(&x).0)
+        let (chart, nearest) = self.nearest_chart(&x);
+        let node = self.pulled_or_refused(&x, chart);
+        if self.supports.is_none() {
+            return node;
+        }
+        // A foot much farther off than the chart passes is one of another sheet, or of none.
+        let close = FARTHER * (nearest - x).norm() + AROUND * self.charts[chart as usize].residual;
+        if node
+            .as_ref()
+            .is_ok_and(|node| (node.point - x).norm() <= close)
+        {
+            return node;
+        }
+        let other = self.pulled_or_refused(&nearest, chart);
+        let gap = |node: &Result<Node<D, ChartIndex>, Error>| {
+            let gap = node.as_ref().map(|node| (node.point - x).norm());
+            gap.unwrap_or(f64::INFINITY)
+        };
+        if gap(&other) < gap(&node) {
+            other
+        } else {
+            node
+        }
     }
 
     fn pulled_or_refused(

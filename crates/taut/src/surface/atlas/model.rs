@@ -8,8 +8,10 @@ use crate::cloud::Cloud;
 use crate::error::Error;
 use crate::spatial::tree::Tree;
 use crate::surface::atlas::chart::Chart;
+use crate::surface::atlas::checks;
 use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
 use crate::surface::atlas::rim::{Disc, Rim};
+use crate::surface::atlas::supports::Supports;
 use crate::surface::atlas::{Atlas, ChartIndex, Lists};
 use crate::{Matrix, Vector};
 
@@ -165,10 +167,17 @@ impl<const D: usize> Atlas<D> {
         let mut charts = Vec::with_capacity(model.charts.len());
         let mut discs = Vec::with_capacity(model.charts.len());
         for (i, given) in model.charts.iter().enumerate() {
-            charts.push(chart(i, given, &monomials)?);
-            discs.push(rim(i, given)?);
-            neighbours(i, given, &model.charts)?;
+            let (chart, rim) = (chart(i, given, &monomials)?, rim(i, given)?);
+            checks::lengths(i, &chart, D - k)?;
+            checks::discs(i, &chart, &rim)?;
+            checks::mutual(i, given, &model.charts)?;
+            charts.push(chart);
+            discs.push(rim);
         }
+        for (i, given) in model.charts.iter().enumerate() {
+            checks::beside(i, &given.neighbours, &charts)?;
+        }
+        checks::detail(header.detail, &charts)?;
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
         let count = charts.len() as u32;
@@ -190,6 +199,7 @@ impl<const D: usize> Atlas<D> {
                 .flat_map(|c| &c.sides)
                 .copied()
                 .collect(),
+            supports: Some(Supports::new(&charts)),
             charts,
             monomials,
             rim: Rim::of_lists(&discs),
@@ -201,7 +211,7 @@ impl<const D: usize> Atlas<D> {
 }
 
 /// Refuses what is not as it must be; `texts` makes what was found and what was expected.
-fn expect(
+pub(super) fn expect(
     chart: Option<usize>,
     holds: bool,
     texts: impl FnOnce() -> (String, String),
@@ -302,39 +312,4 @@ fn rim<const D: usize>(i: usize, given: &ModelChart) -> Result<Vec<Disc<D>>, Err
         })
     };
     given.rim.iter().map(disc).collect()
-}
-
-/// Neighbours are charts that know each other, on one side or the other.
-fn neighbours(i: usize, given: &ModelChart, charts: &[ModelChart]) -> Result<(), Error> {
-    let (list, sides) = (&given.neighbours, &given.sides);
-    // Before all else: the lists are compared item by item below.
-    expect(Some(i), list.len() <= charts.len(), || {
-        (
-            format!("{} neighbours", list.len()),
-            format!("at most {}, as there are charts", charts.len()),
-        )
-    })?;
-    expect(Some(i), list.first() == Some(&(i as ChartIndex)), || {
-        (
-            format!("first neighbour {:?}", list.first()),
-            "the chart itself".to_owned(),
-        )
-    })?;
-    for (place, j) in list.iter().enumerate() {
-        let other = charts.get(*j as usize);
-        let known = other.is_some_and(|other| other.neighbours.contains(&(i as ChartIndex)));
-        expect(Some(i), known && !list[..place].contains(j), || {
-            (
-                format!("neighbour {j}"),
-                "different charts that have this one for a neighbour".to_owned(),
-            )
-        })?;
-    }
-    let fit = sides.len() == list.len() && sides.iter().all(|side| matches!(side, 1 | -1));
-    expect(Some(i), fit, || {
-        (
-            format!("sides {sides:?}"),
-            format!("{} times 1 or -1", list.len()),
-        )
-    })
 }

@@ -1,0 +1,184 @@
+//! What holds of the charts of every fitted model, so that what is computed on one costs no more than its size justifies.
+//!
+//! The bounds are far wider than what fits of clean, noisy, uneven and torn clouds reach; they are there for damaged files.
+
+use crate::error::Error;
+use crate::surface::atlas::ChartIndex;
+use crate::surface::atlas::chart::Chart;
+use crate::surface::atlas::model::{ModelChart, expect};
+use crate::surface::atlas::rim::Disc;
+
+/// Lengths lie between this and its inverse.
+const SMALLEST: f64 = 1e-100;
+/// A chart reaches at most so many times as far as the points that it was fitted to.
+const FARTHEST: f64 = 8.0;
+/// Points on a chart are at most so many radii apart.
+const SPARSEST: f64 = 10.0;
+/// Residuals and heights in radii, the latter at a radius.
+const ROUGHEST: f64 = 10.0;
+const STEEPEST: f64 = 1e4;
+/// Of two charts beside each other the larger is at most so many times the smaller.
+const UNEVEN: f64 = 1e3;
+/// Their origins are at least so many radii of the smaller apart, and at most so many of both.
+const NEAREST: f64 = 1e-3;
+const APART: f64 = 20.0;
+/// Discs in spacings, and how far off, in radii, the points are that they touch.
+const DISCS: std::ops::RangeInclusive<f64> = 1e-2..=1e3;
+const TOUCHED: f64 = 4.0;
+/// Lengths of a rim, in radii of a disc.
+const LONGEST_SHARE: f64 = 1e3;
+/// Rounding of unit vectors and of distances that are sorted.
+const ROUNDING: f64 = 1e-9;
+/// Wavelengths of detail, in the smallest and in the largest radii.
+const DETAIL: [f64; 2] = [0.1, 10.0];
+
+/// Refuses a chart whose lengths do not fit each other.
+pub(super) fn lengths<const D: usize>(
+    i: usize,
+    chart: &Chart<D>,
+    normals: usize,
+) -> Result<(), Error> {
+    let Chart {
+        radius,
+        scale,
+        spacing,
+        residual,
+        height_error,
+        ..
+    } = chart;
+    let known = SMALLEST..=1.0 / SMALLEST;
+    within(i, "radius", *radius, *known.start(), *known.end())?;
+    let farthest = chart.origin.amax();
+    within(i, "an origin at", farthest, 0.0, *known.end())?;
+    within(i, "scale", *scale, radius / FARTHEST, *known.end())?;
+    within(i, "spacing", *spacing, *known.start(), SPARSEST * radius)?;
+    within(i, "residual", *residual, 0.0, ROUGHEST * radius)?;
+    within(i, "height_error", *height_error, 0.0, ROUGHEST * radius)?;
+    let count = chart.coefficients.len() / normals;
+    let ratio = (radius / scale).max(1.0).powi(i32::from(chart.degree));
+    for heights in chart.coefficients.chunks(count) {
+        let highest = ratio * heights.iter().map(|c| c.abs()).sum::<f64>();
+        within(i, "heights up to", highest, 0.0, STEEPEST * radius)?;
+        within(
+            i,
+            "a height at the origin of",
+            heights[0].abs(),
+            0.0,
+            ROUNDING * radius,
+        )?;
+    }
+    Ok(())
+}
+
+/// Refuses discs that are not at the rim of their chart.
+pub(super) fn discs<const D: usize>(
+    i: usize,
+    chart: &Chart<D>,
+    discs: &[Disc<D>],
+) -> Result<(), Error> {
+    for disc in discs {
+        let off = (disc.outward.norm() - 1.0).abs();
+        within(i, "a rim's outward off unit length by", off, 0.0, ROUNDING)?;
+        let [least, most] = [DISCS.start(), DISCS.end()].map(|s| s * chart.spacing);
+        within(i, "rim radius", disc.radius, least, most)?;
+        within(i, "rim share", disc.share, 0.0, LONGEST_SHARE * disc.radius)?;
+        let touched = (disc.touched() - chart.origin).norm();
+        within(
+            i,
+            "a rim at a distance of",
+            touched,
+            0.0,
+            TOUCHED * chart.radius,
+        )?;
+    }
+    Ok(())
+}
+
+/// Refuses neighbours that are not beside each other, or not in the order of distance.
+pub(super) fn beside<const D: usize>(
+    i: usize,
+    list: &[ChartIndex],
+    charts: &[Chart<D>],
+) -> Result<(), Error> {
+    let chart = &charts[i];
+    let mut before = 0.0;
+    for j in &list[1..] {
+        let other = &charts[*j as usize];
+        let (small, large) = if chart.radius < other.radius {
+            (chart.radius, other.radius)
+        } else {
+            (other.radius, chart.radius)
+        };
+        let name = |what: &str| format!("{what} neighbour {j} of");
+        within(i, &name("beside"), large, 0.0, UNEVEN * small)?;
+        let gap = (other.origin - chart.origin).norm();
+        let most = APART * (small + large);
+        within(i, &name("a distance to"), gap, NEAREST * small, most)?;
+        expect(Some(i), gap >= before * (1.0 - ROUNDING), || {
+            (
+                format!("neighbour {j} at {gap:e} behind one at {before:e}"),
+                "neighbours by distance".to_owned(),
+            )
+        })?;
+        before = gap;
+    }
+    Ok(())
+}
+
+/// Refuses a wavelength of the finest detail that is none of these charts.
+pub(super) fn detail<const D: usize>(detail: f64, charts: &[Chart<D>]) -> Result<(), Error> {
+    let radii = || charts.iter().map(|chart| chart.radius);
+    let least = DETAIL[0] * radii().fold(f64::INFINITY, f64::min);
+    let most = DETAIL[1] * radii().fold(0.0, f64::max);
+    let holds = detail == 0.0 || (least..=most).contains(&detail);
+    expect(None, holds, || {
+        (
+            format!("detail {detail:e}"),
+            format!("0, or {least:e} to {most:e} by the charts' radii"),
+        )
+    })
+}
+
+fn within(chart: usize, name: &str, found: f64, least: f64, most: f64) -> Result<(), Error> {
+    expect(Some(chart), (least..=most).contains(&found), || {
+        (
+            format!("{name} {found:e}"),
+            format!("{least:e} to {most:e} by the chart's other lengths and its neighbours'"),
+        )
+    })
+}
+
+/// Refuses lists that do not say of each other what they should.
+pub(super) fn mutual(i: usize, given: &ModelChart, charts: &[ModelChart]) -> Result<(), Error> {
+    let (list, sides) = (&given.neighbours, &given.sides);
+    // Before all else: the lists are compared item by item below.
+    expect(Some(i), list.len() <= charts.len(), || {
+        (
+            format!("{} neighbours", list.len()),
+            format!("at most {}, as there are charts", charts.len()),
+        )
+    })?;
+    expect(Some(i), list.first() == Some(&(i as ChartIndex)), || {
+        (
+            format!("first neighbour {:?}", list.first()),
+            "the chart itself".to_owned(),
+        )
+    })?;
+    for (place, j) in list.iter().enumerate() {
+        let other = charts.get(*j as usize);
+        let known = other.is_some_and(|other| other.neighbours.contains(&(i as ChartIndex)));
+        expect(Some(i), known && !list[..place].contains(j), || {
+            (
+                format!("neighbour {j}"),
+                "different charts that have this one for a neighbour".to_owned(),
+            )
+        })?;
+    }
+    let fit = sides.len() == list.len() && sides.iter().all(|side| matches!(side, 1 | -1));
+    expect(Some(i), fit, || {
+        (
+            format!("sides {sides:?}"),
+            format!("{} times 1 or -1", list.len()),
+        )
+    })
+}
