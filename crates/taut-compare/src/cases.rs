@@ -1,9 +1,11 @@
 //! Clouds to be honest on: smooth ones, ones with rims, and rough ones, each with the true distances from any of its points.
 
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 use num_dual::DualNum;
+use rayon::prelude::*;
 
 use crate::shooting::Fan;
 use crate::surface::{Ellipsoid, StarShaped, Surface, Torus};
@@ -135,6 +137,39 @@ impl Case {
             Truth::Shot(Shape::Ellipsoid(shape)) => self.shot(shape, p),
             Truth::Shot(Shape::StarShaped(shape)) => self.shot(shape, p),
         }
+    }
+
+    /// Points nearer than this to a source are not judged.
+    pub fn near(&self) -> f64 {
+        8.0 * self.spacing
+    }
+
+    /// The pairs of points within 2 spacings of each other whose distances differ by more than the way between them and a
+    /// number of spacings.
+    pub fn jumps(&self, distances: &[f64], slack: f64) -> usize {
+        let reach = 2.0 * self.spacing;
+        let cell = |p: &[f64; 3]| p.map(|x| (x / reach).floor() as i64);
+        let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+        for (row, point) in self.points[..self.rows].iter().enumerate() {
+            cells.entry(cell(point)).or_default().push(row);
+        }
+        let is_far = |row: usize| distances[row] >= self.near() && distances[row].is_finite();
+        let of_row = |row: usize| {
+            let [x, y, z] = cell(&self.points[row]);
+            let around = (0..27).map(|i| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]);
+            let others = around.filter_map(|cell| cells.get(&cell)).flatten();
+            let jumps = |other: &&usize| {
+                let offset = Vector3::from(self.points[row]) - Vector3::from(self.points[**other]);
+                let (chord, excess) = (offset.norm(), slack * self.spacing);
+                // An arc is longer than its chord.
+                let way = 1.002 * chord + excess;
+                chord <= reach && (distances[row] - distances[**other]).abs() > way
+            };
+            let after = others.filter(|other| **other > row && is_far(**other));
+            after.filter(jumps).count()
+        };
+        let rows = (0..self.rows).into_par_iter().filter(|row| is_far(*row));
+        rows.map(of_row).sum()
     }
 
     fn shot<'a, S: Surface>(&'a self, shape: &'a S, from: [f64; 3]) -> Distances<'a> {

@@ -8,6 +8,7 @@ use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut::surface::implicit::{Equation, ImplicitSurface};
 use taut::{Matrix, Vector};
+use taut_compare::cases::Case;
 use taut_compare::outline::Outline;
 use taut_compare::shooting::Fan;
 use taut_compare::surface::Torus;
@@ -90,6 +91,28 @@ fn torus() {
     let [mean, most, covered] = judged(&values, &truth, 0.2);
     assert!(mean < 1e-5 && most < 1e-3, "{mean:e} {most:e}");
     assert!(covered > 0.98, "{covered}");
+}
+
+/// Surfaces whose rays draw together unevenly, to caustics: where those are, jets must not be carried past them.
+#[test]
+fn beside_caustics_fields_neither_jump_nor_fall_short() {
+    for (name, seed) in [("ellipsoid", 5), ("wavy", 6), ("peanut", 5)] {
+        let case = Case::new(name, 5000, seed).expect("a case");
+        let source = 17 * seed as usize;
+        let geodesics = geodesics(&case.points);
+        let (_, values) = field(&geodesics, &[(source, 0.0)], &Settings::default());
+        let distances: Vec<f64> = values.iter().map(|value| value.distance).collect();
+        assert_eq!(case.jumps(&distances, 0.1), 0, "{name}");
+        let truth = case.distances(source);
+        let truth = (0..case.rows)
+            .step_by(11)
+            .filter_map(|row| Some((row, truth(row)?)));
+        let [mean, most, covered] = judged(&values, &truth.collect::<Vec<_>>(), case.near());
+        assert!(
+            mean < 1e-4 && most < 2e-3 && covered > 0.96,
+            "{name} {mean:e} {most:e} {covered}"
+        );
+    }
 }
 
 #[test]

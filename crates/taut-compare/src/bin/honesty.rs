@@ -12,7 +12,7 @@ use std::error::Error;
 use rayon::prelude::*;
 use taut::cloud::Cloud;
 use taut::correction;
-use taut::field::{Fields, Settings, Source, Value};
+use taut::field::{Fields, Settings, Source};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
 use taut_compare::cases::{Case, Kind, NAMES};
@@ -22,8 +22,8 @@ use taut_compare::generate;
 const SOURCES: usize = 3;
 const TARGETS: usize = 400;
 const PATHS: usize = 30;
-/// Points nearer than so many spacings are not judged.
-const NEAR: f64 = 8.0;
+/// A jump is more than the way between two points by so many spacings.
+const SLACK: f64 = 0.01;
 /// Errors, in distances, that are rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -119,34 +119,6 @@ fn options() -> Result<Options, Box<dyn Error>> {
     Ok(options)
 }
 
-/// The pairs of points within 2 spacings whose distances differ by more than the way between them, and a hundredth of a spacing.
-fn jumps(case: &Case, values: &[Value<3>]) -> usize {
-    let cell = |p: &[f64; 3]| p.map(|x| (x / (2.0 * case.spacing)).floor() as i64);
-    let mut cells: std::collections::HashMap<[i64; 3], Vec<usize>> = Default::default();
-    for (row, point) in case.points[..case.rows].iter().enumerate() {
-        cells.entry(cell(point)).or_default().push(row);
-    }
-    let far = NEAR * case.spacing;
-    let of_row = |row: usize| {
-        let [x, y, z] = cell(&case.points[row]);
-        let around =
-            (0..27).filter_map(|i| cells.get(&[x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]));
-        let jumps = |other: &&usize| {
-            let chord = |k: usize| (case.points[row][k] - case.points[**other][k]).powi(2);
-            let chord = (0..3).map(chord).sum::<f64>().sqrt();
-            let [a, b] = [row, **other].map(|row| values[row].distance);
-            **other > row
-                && chord <= 2.0 * case.spacing
-                && a.min(b) >= far
-                && a.is_finite()
-                && b.is_finite()
-                && (a - b).abs() > 1.002 * chord + 0.01 * case.spacing
-        };
-        around.flatten().filter(jumps).count()
-    };
-    (0..case.rows).into_par_iter().map(of_row).sum()
-}
-
 /// Fields, paths and jumps of a case.
 fn judge(case: &Case, seed: u64) -> Result<(Judged, Judged, usize), Box<dyn Error>> {
     let cloud = Cloud::<3>::new(case.points.as_flattened(), 3)?;
@@ -158,7 +130,8 @@ fn judge(case: &Case, seed: u64) -> Result<(Judged, Judged, usize), Box<dyn Erro
         let node = geodesics.surface().node_of_row(source)?;
         let field = fields.from(&[Source { node, start: 0.0 }], &Settings::default())?;
         let values = fields.at_points(&field);
-        torn += jumps(case, &values);
+        let distances: Vec<f64> = values.iter().map(|value| value.distance).collect();
+        torn += case.jumps(&distances, SLACK);
         let distances = case.distances(source);
         let mut rows = generate::pairs(case.rows, TARGETS, seed + 11 + index as u64);
         rows.retain(|row| row[0] != source);
@@ -167,7 +140,7 @@ fn judge(case: &Case, seed: u64) -> Result<(Judged, Judged, usize), Box<dyn Erro
             .iter()
             .zip(truth)
             .filter_map(|(row, truth)| Some((row[0], truth?)));
-        let far: Vec<(usize, f64)> = known.filter(|t| t.1 >= NEAR * case.spacing).collect();
+        let far: Vec<(usize, f64)> = known.filter(|t| t.1 >= case.near()).collect();
         for (row, truth) in &far {
             let value = &values[*row];
             if value.distance.is_infinite() && truth.is_finite() {
