@@ -64,6 +64,11 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         }
     }
 
+    /// Whether it ends where rays beside it meet it.
+    fn meets(&self) -> bool {
+        self.knots.last().is_some_and(|last| last.jacobi[0] <= 0.0)
+    }
+
     /// The ray at a length between its first and last knot.
     fn at(&self, length: f64) -> Option<Knot<D, P>> {
         let after = self.knots.partition_point(|knot| knot.length < length);

@@ -84,8 +84,8 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
     samples
 }
 
-/// The angles to the next ray on one side that goes as far as a length, and to the last one within `most` before one that
-/// ends earlier.
+/// The angles to the next ray on one side that goes as far as a length, and to the last one before rays that met those beside
+/// them earlier; `most` where there are none of these within that.
 fn room<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
     index: usize,
@@ -93,31 +93,30 @@ fn room<const D: usize, P: Copy + Send + Sync>(
     most: f64,
     length: f64,
 ) -> [f64; 2] {
-    let mut room = [0.0; 2];
+    let (mut next, mut last) = (None, 0.0);
     for step in 1..fan.rays.len() as isize {
         let Some((other, turn)) = fan.beside(index, side * step) else {
-            // There are rays of another kind.
-            return [most; 2];
+            break;
         };
         if other.end() < length {
-            break;
+            if other.meets() {
+                return [next.unwrap_or(0.0), last];
+            }
+            continue;
         }
         if other
             .knots
             .first()
-            .is_none_or(|first| first.length > length)
+            .is_some_and(|first| first.length <= length)
         {
-            continue;
+            last = turn.abs();
+            next = next.or(Some(last));
         }
-        room[1] = turn.abs();
-        if room[0] == 0.0 {
-            room[0] = room[1];
-        }
-        if room[1] > most {
+        if turn.abs() > most {
             break;
         }
     }
-    room
+    [next.unwrap_or(most), most]
 }
 
 /// A ray to one side of another by at least an angle, at a length: nearer ones tell the
