@@ -1,13 +1,13 @@
 //! Tables within a radius: entries as they are found, then compressed rows.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use taut_io::{SparseRows, write_sparse};
 
 use crate::exit::Failure;
-use crate::matrix::files::{Output, beside, failed};
+use crate::matrix::files::{Output, failed};
 use crate::matrix::fill::Entry;
 use crate::matrix::journal::refused;
 use crate::matrix::plan::Plan;
@@ -102,19 +102,9 @@ pub fn complete(
             columns: &columns,
             values: &values,
         };
-        write(whole, &matrix).map_err(|error| failed(whole, error))?;
+        write_sparse(whole, &matrix)?;
     }
     fs::remove_file(part).map_err(|error| failed(part, error))
-}
-
-fn write(file: &Path, matrix: &SparseRows<'_>) -> io::Result<()> {
-    let unfinished = beside(file, ".new");
-    let mut out = BufWriter::new(File::create(&unfinished)?);
-    write_sparse(&mut out, matrix)?;
-    out.into_inner()
-        .map_err(io::IntoInnerError::into_error)?
-        .sync_data()?;
-    fs::rename(&unfinished, file)
 }
 
 type Found = (u64, u64, [f64; 2]);

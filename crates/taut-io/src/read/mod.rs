@@ -1,7 +1,7 @@
 //! One file per format; what the bytes are and what they mean are kept apart inside each.
 
 mod e57;
-mod las;
+pub(crate) mod las;
 mod npy;
 mod obj;
 mod off;
