@@ -39,6 +39,6 @@ pub use read::read;
 pub use sources::{Sources, read_sources};
 pub use write::{
     Column, Content, MatrixFile, PointTable, Polyline, SparseRows, Unfinished, check_output,
-    discard_unfinished, sync_folder, target_of, write_points, write_polylines, write_sparse,
-    write_table, write_whole,
+    check_place, discard_unfinished, sync_folder, target_of, write_points, write_polylines,
+    write_sparse, write_table, write_whole,
 };

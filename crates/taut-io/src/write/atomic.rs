@@ -57,7 +57,17 @@ pub(super) fn replace(
 }
 
 /// Says whether a file could be put in a place: its folder must be there, and no folder in its stead.
-pub(super) fn check_place(path: &Path) -> io::Result<()> {
+///
+/// # Errors
+/// [`WriteError::Io`] with what the system would say.
+pub fn check_place(path: &Path) -> Result<(), WriteError> {
+    is_place(path).map_err(|source| WriteError::Io {
+        file: path.to_path_buf(),
+        source,
+    })
+}
+
+fn is_place(path: &Path) -> io::Result<()> {
     let target = target_of(path)?;
     match fs::metadata(&target) {
         Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),

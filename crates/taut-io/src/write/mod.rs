@@ -14,7 +14,7 @@ mod vtk;
 mod vtp;
 mod xyz;
 
-pub use atomic::{sync_folder, target_of, write_whole};
+pub use atomic::{check_place, sync_folder, target_of, write_whole};
 pub use matrix::MatrixFile;
 pub use npz::{SparseRows, write_sparse};
 pub use unfinished::{Unfinished, discard_unfinished};
@@ -306,10 +306,7 @@ pub fn check_output(
             }
         }
     }
-    atomic::check_place(path).map_err(|source| WriteError::Io {
-        file: path.to_path_buf(),
-        source,
-    })
+    check_place(path)
 }
 
 fn check_table(path: &Path, points: &PointTable<'_>) -> Result<(), WriteError> {
