@@ -215,7 +215,6 @@ pub struct SurfaceFlags {
         long = "cell",
         value_name = "LENGTH,..",
         value_delimiter = ',',
-        value_parser = positive,
         allow_negative_numbers = true,
         conflicts_with_all = ["implicit", "shape"]
     )]

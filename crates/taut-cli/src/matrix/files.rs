@@ -47,7 +47,7 @@ impl Output {
 
     /// The part, or else the whole that it became.
     pub fn present(&self) -> &Path {
-        if self.part.exists() {
+        if self.part.exists() || !self.whole.exists() {
             &self.part
         } else {
             &self.whole

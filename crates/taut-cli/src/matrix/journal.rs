@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use taut_io::Unfinished;
+
 use crate::exit::Failure;
 use crate::matrix::files::failed;
 use crate::matrix::identity::Identity;
@@ -95,6 +97,8 @@ impl Journal {
             .rposition(|byte| *byte == b'\n')
             .map_or(0, |last| last + 1);
         let first = first_line(run)?;
+        // Nothing is left of one that cannot be begun.
+        let unfinished = (whole == 0).then(|| Unfinished::new(path));
         if whole == 0 && first.as_bytes().starts_with(&bytes) {
             journal.is_fresh = true;
             journal.cut(0)?;
@@ -105,6 +109,9 @@ impl Journal {
         }
         let process = std::process::id();
         journal.append(&line(&Line::Process { process })?)?;
+        if let Some(unfinished) = unfinished {
+            unfinished.keep();
+        }
         Ok(journal)
     }
 
@@ -218,13 +225,11 @@ fn open_locked(path: &Path) -> Result<File, Failure> {
             .map_err(|error| failed(path, error))?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
-                let writer = match process(path) {
-                    Some(process) => format!("another run, process {process},"),
-                    None => "another run".to_owned(),
-                };
+                let process = process(path).map(|process| format!(" (process {process})"));
                 return Err(Failure::Usage(format!(
-                    "{}: {writer} is writing; wait for its end, or name another output",
-                    path.display()
+                    "{}: another run is writing{}; wait for its end, or name another output",
+                    path.display(),
+                    process.unwrap_or_default()
                 )));
             }
             // Where the file system knows no locks the run goes on without.

@@ -114,9 +114,11 @@ fn fill(
     let mut journal = Journal::open(&path, &identity)?;
     // Of a run of which no block is done there is nothing to keep.
     let mut unfinished = Vec::new();
-    if journal.is_fresh {
+    if journal.done.is_empty() {
         unfinished.push(Unfinished::new(&path));
-        files::check_fresh(settings)?;
+        if journal.is_fresh {
+            files::check_fresh(settings)?;
+        }
         let outputs = files::outputs(settings);
         unfinished.extend(outputs.iter().map(|output| Unfinished::new(&output.part)));
     }
