@@ -36,6 +36,7 @@ pub(super) fn replace(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> io::Result<()> {
+    is_place(path)?;
     let target = target_of(path)?;
     let before = fs::metadata(&target).ok();
     if before.as_ref().is_some_and(|found| !found.is_file()) {
@@ -52,11 +53,12 @@ pub(super) fn replace(
     fill(&mut file)?;
     let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()?;
-    draft.put(&target, folder)?;
+    draft.put(&target)?;
     sync_folder(folder)
 }
 
-/// Says whether a file could be put in a place: its folder must be there, and no folder in its stead.
+/// Says whether a file could be put in a place: its folder must be there, and neither a folder in its stead nor a file
+/// that nobody may write.
 ///
 /// # Errors
 /// [`WriteError::Io`] with what the system would say.
@@ -71,6 +73,7 @@ fn is_place(path: &Path) -> io::Result<()> {
     let target = target_of(path)?;
     match fs::metadata(&target) {
         Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(found) if found.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
         Ok(_) => Ok(()),
         Err(_) => match fs::metadata(folder_of(&target)) {
             Ok(found) if !found.is_dir() => Err(io::ErrorKind::NotADirectory.into()),
@@ -195,6 +198,17 @@ impl Draft {
         Ok(Self::Named(file, unfinished))
     }
 
+    /// A file without a name to which the system gives none, copied into one that has a name.
+    #[cfg(target_os = "linux")]
+    fn copied(mut file: File, folder: &Path) -> io::Result<Self> {
+        let named = Self::named(folder)?;
+        keep_rights(named.file(), &file.metadata()?)?;
+        io::Seek::rewind(&mut file)?;
+        io::copy(&mut file, &mut named.file())?;
+        named.file().sync_all()?;
+        Ok(named)
+    }
+
     fn file(&self) -> &File {
         match self {
             #[cfg(target_os = "linux")]
@@ -203,10 +217,11 @@ impl Draft {
         }
     }
 
-    fn put(self, target: &Path, folder: &Path) -> io::Result<()> {
+    fn put(self, target: &Path) -> io::Result<()> {
         match self {
             #[cfg(target_os = "linux")]
-            Self::Unnamed(file) => linux::put(&file, target, folder),
+            Self::Unnamed(file) => linux::put(&file, target)
+                .or_else(|_| Self::copied(file, folder_of(target))?.put(target)),
             Self::Named(file, unfinished) => {
                 file.persist(target)?;
                 unfinished.keep();
@@ -252,7 +267,7 @@ mod linux {
     use rustix::io::Errno;
 
     use super::super::unfinished::Unfinished;
-    use super::{PREFIX, SUFFIX};
+    use super::{PREFIX, SUFFIX, folder_of};
 
     const DESCRIPTORS: &str = "/proc/self/fd";
 
@@ -277,14 +292,14 @@ mod linux {
     }
 
     /// Gives a file without a name the name of the target.
-    pub(super) fn put(file: &File, target: &Path, folder: &Path) -> io::Result<()> {
+    pub(super) fn put(file: &File, target: &Path) -> io::Result<()> {
         match name(file, target) {
             Err(Errno::EXIST) => {}
             named => return Ok(named?),
         }
         // No call puts a file without a name in the place of another: it gets a name of its own for that moment.
         let (own, unfinished) = loop {
-            let own = own_name(folder);
+            let own = own_name(folder_of(target));
             let unfinished = Unfinished::new(&own);
             match name(file, &own) {
                 Err(Errno::EXIST) => unfinished.keep(),
@@ -313,93 +328,4 @@ mod linux {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
-        let mut names: Vec<_> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
-
-    fn put(draft: Draft, text: &str, target: &Path, folder: &Path) {
-        draft.file().write_all(text.as_bytes()).unwrap();
-        draft.put(target, folder).unwrap();
-    }
-
-    #[test]
-    fn both_kinds_of_drafts_replace_and_leave_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let folder = folder.path();
-        let target = folder.join("file");
-        for (is_named, text) in [(false, "one"), (false, "two"), (true, "three")] {
-            let new = if is_named { Draft::named } else { Draft::new };
-            put(new(folder).unwrap(), text, &target, folder);
-            assert_eq!(fs::read_to_string(&target).unwrap(), text);
-            assert_eq!(names(folder), ["file"]);
-        }
-        drop(Draft::named(folder).unwrap());
-        drop(Draft::new(folder).unwrap());
-        assert_eq!(names(folder), ["file"]);
-    }
-
-    #[test]
-    fn what_fails_leaves_the_old_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let target = folder.path().join("file");
-        fs::write(&target, "old").unwrap();
-        let failed = write_whole(&target, |out| {
-            out.write_all(b"new")?;
-            Err(io::ErrorKind::StorageFull.into())
-        });
-        assert!(matches!(failed, Err(WriteError::Io { .. })));
-        assert_eq!(fs::read_to_string(&target).unwrap(), "old");
-        assert_eq!(names(folder.path()), ["file"]);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn rights_and_links_are_kept() {
-        use std::os::unix::fs::{PermissionsExt, symlink};
-        let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("deep")).unwrap();
-        let (real, link) = (folder.path().join("deep/real"), folder.path().join("link"));
-        symlink("deep/real", &link).unwrap();
-        let write = |text: &str| {
-            write_whole(&link, |out| out.write_all(text.as_bytes())).unwrap();
-            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-            assert_eq!(fs::read_to_string(&real).unwrap(), text);
-        };
-        write("through a link to nothing");
-        fs::set_permissions(&real, fs::Permissions::from_mode(0o600)).unwrap();
-        write("replaced");
-        let mode = fs::metadata(&real).unwrap().permissions().mode();
-        assert_eq!(mode & 0o777, 0o600);
-        symlink("circle", folder.path().join("circle")).unwrap();
-        assert!(write_whole(&folder.path().join("circle"), |_| Ok(())).is_err());
-    }
-
-    #[test]
-    fn only_old_drafts_that_nobody_holds_are_swept() {
-        let folder = tempfile::tempdir().unwrap();
-        let old = std::time::SystemTime::now() - Duration::from_secs(3600);
-        let make = |name: &str, time| {
-            let file = File::create(folder.path().join(name)).unwrap();
-            file.set_modified(time).unwrap();
-            file
-        };
-        drop(make(".taut-killed.tmp", old));
-        drop(make(".taut-young.tmp", std::time::SystemTime::now()));
-        drop(make("other.tmp", old));
-        let held = make(".taut-held.tmp", old);
-        held.lock().unwrap();
-        sweep(folder.path());
-        assert_eq!(
-            names(folder.path()),
-            [".taut-held.tmp", ".taut-young.tmp", "other.tmp"]
-        );
-    }
-}
+mod tests;
