@@ -231,7 +231,7 @@ fn bytes_that_flip_in_journals_and_parts_are_found() {
         let kept = Kept::of(&case);
         assert!(blocks(&journal) > 1);
         let mut outcomes = [0; 2];
-        for _ in 0..8 {
+        for _ in 0..5 {
             let (name, place) = kept.any_byte(&mut random);
             kept.put_back(&case);
             let file = case.0.path().join(&name);
