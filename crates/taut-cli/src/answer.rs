@@ -134,6 +134,23 @@ impl FoundPath {
         }
     }
 
+    /// From a point to itself: nothing has to be found.
+    pub fn nowhere() -> Self {
+        Self {
+            outcome: Outcome::Asked(Status::Converged),
+            length: Some(0.0),
+            length_error: Some(0.0),
+            surface_error: Some(0.0),
+            stable: true,
+            max_geodesic_curvature: Some(0.0),
+            max_off_surface: None,
+            steps: 0,
+            points: Vec::new(),
+            normals: Vec::new(),
+            arc_length: Vec::new(),
+        }
+    }
+
     pub fn nodes(&self) -> usize {
         self.arc_length.len()
     }

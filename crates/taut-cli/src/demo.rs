@@ -13,6 +13,7 @@ use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::flags::DemoFlags;
 use crate::output::{exponential, rounded};
+use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{End, Model};
@@ -30,6 +31,8 @@ const SHOWN: [[[f64; 2]; 2]; 2] = [[[0.86, 0.1], [0.99, 0.75]], [[0.98, 0.05], [
 
 /// Makes the roll, finds the paths, and writes them beside the exact distances.
 pub fn run(flags: &DemoFlags, progress: &Progress) -> Result<Exit, Failure> {
+    let picture = Some(flags.picture.as_path());
+    Files::default().writes_picture(picture).check()?;
     progress.step("rolling up a sheet");
     let roll = Roll::new(flags.seed, progress)?;
     progress.step("paths");

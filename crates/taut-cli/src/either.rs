@@ -23,6 +23,13 @@ impl<const D: usize> Surface<D> for Either<'_, D> {
         }
     }
 
+    fn origin(&self) -> Vector<D> {
+        match self {
+            Self::Charts(atlas) => atlas.origin(),
+            Self::Equations(surface) => surface.origin(),
+        }
+    }
+
     fn foot(
         &self,
         x: &Vector<D>,

@@ -6,12 +6,13 @@ use serde::Serialize;
 use taut::field::{Fields, Shot};
 use taut::surface::Geometry;
 use taut::{Vector, parallel};
-use taut_io::{Column, PointTable, Polyline, read_numbers, write_polylines, write_table};
+use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
 use crate::answer::{FoundPath, Outcome, coordinates, flat, padded};
 use crate::exit::{Exit, Failure};
 use crate::logarithm::names;
 use crate::output::{exponential, line, tell, write_columns, yes_or_no};
+use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
@@ -20,6 +21,22 @@ use crate::surface::{FlatSamples, Locate, flat_samples};
 
 /// Follows the geodesics and writes what was asked for.
 pub fn run(settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let (list, content) = match &settings.aim {
+        Aim::One(_) => (None, Content::Paths),
+        Aim::File(file) => {
+            let table = Content::Table {
+                original: None,
+                columns: 3,
+            };
+            (Some(file.as_path()), table)
+        }
+    };
+    let dimension = settings.source.dimension();
+    Files::of(&settings.source)
+        .reads("--vectors", list)
+        .writes("--output", settings.output.as_deref(), content, dimension)
+        .writes_picture(settings.picture.as_deref())
+        .check()?;
     let question = Geodesics { settings, progress };
     let start = Sources::Ends(vec![settings.start.clone()]);
     let found = ready::ask(&settings.source, &start, &question, progress)?;

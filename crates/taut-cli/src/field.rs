@@ -5,14 +5,18 @@ mod cost;
 mod isolines;
 mod write;
 
+use taut::Vector;
 use taut::error::Error;
 use taut::field::{Cost, Field, Fields, Sources};
+use taut_io::Content;
 
+use crate::answer::coordinates;
 use crate::exit::{Exit, Failure};
+use crate::outputs::Files;
 use crate::picture::Levels;
 use crate::progress::Progress;
 use crate::ready::{self, Places, Question, Ready};
-use crate::settings::{End, FieldSettings, Source as From};
+use crate::settings::{End, FieldSettings, Rates, Source as From};
 use crate::surface::{FlatSamples, Locate, flat_samples};
 pub use answer::Answer;
 use isolines::Line;
@@ -21,6 +25,8 @@ use isolines::Line;
 struct Found {
     answer: Answer,
     sources: usize,
+    /// How far each source, or vertex of the curve, was moved onto the surface.
+    sources_moved: Vec<f64>,
     /// The file's rows that the points come from, where some were left out.
     rows_kept: Option<Vec<usize>>,
     drawn: Option<(FlatSamples, Levels)>,
@@ -33,11 +39,38 @@ pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failur
         let message = "--cost, --no-go and --slope: found a surface without points of its own, expected a cloud; leave them out";
         return Err(Failure::Usage(message.to_owned()));
     }
+    files(settings).check()?;
     let question = Distances { settings, progress };
     let found = ready::ask(&settings.source, &settings.sources, &question, progress)
         .map_err(cost::refusal)?;
     write::write(settings, &found, progress)?;
     Ok(Exit::Success)
+}
+
+/// The files that are read and written.
+fn files(settings: &FieldSettings) -> Files<'_> {
+    let at = settings.at.as_deref();
+    let content = Content::Table {
+        original: at.or_else(|| settings.source.points()),
+        columns: if at.is_some() { 4 } else { 3 },
+    };
+    let dimension = settings.source.dimension();
+    let mut files = Files::of(&settings.source)
+        .reads_sources("--sources or --curve", &settings.sources)
+        .reads("--at", at);
+    if let Some(cost) = &settings.cost {
+        if let Rates::File(file) = &cost.rates {
+            files = files.reads("--cost", Some(file));
+        }
+        for file in &cost.no_go {
+            files = files.reads("--no-go", Some(file));
+        }
+    }
+    let isolines = settings.isolines.as_ref().map(|asked| asked.file.as_path());
+    files
+        .writes("--output", settings.output.as_deref(), content, dimension)
+        .writes("--isolines", isolines, Content::Paths, dimension)
+        .writes_picture(settings.picture.as_deref())
 }
 
 /// The distances that were asked for.
@@ -80,13 +113,12 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(&self) -> Result<Found, Failure> {
         let (settings, ready) = (self.settings, self.ready);
-        let vertices = settings
-            .is_curve
-            .then(|| ready.vertices(&settings.sources, self.progress))
-            .transpose()?;
-        let points = match vertices {
-            Some(_) => Vec::new(),
-            None => ready.sources(&settings.sources, &settings.starts, self.progress)?,
+        let (points, vertices, sources_moved) = if settings.is_curve {
+            let (vertices, moved) = ready.vertices(&settings.sources, self.progress)?;
+            (Vec::new(), Some(vertices), moved)
+        } else {
+            let found = ready.sources(&settings.sources, &settings.starts, self.progress)?;
+            (found.0, None, found.1)
         };
         let places = settings.at.as_ref();
         let places = places.map(|file| ready.places(file, self.progress));
@@ -117,10 +149,17 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
                 self.progress.step("isolines");
                 let found = isolines::find(asked, levels, &fields, &field);
                 let found = found.map_err(refused)?;
+                let surface = self.ready.geodesics.surface();
+                let error = |point: &Vector<D>| {
+                    let end = End::Point(coordinates(&(point + surface.centre()), D));
+                    let located = surface.locate(&end).ok()?;
+                    Some(fields.at(&field, &located.0).error)
+                };
                 Some(Line::flattened(
                     &found,
-                    &self.ready.geodesics.surface().centre(),
+                    &surface.centre(),
                     self.ready.dimension,
+                    error,
                 ))
             }
             _ => None,
@@ -132,6 +171,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
         Ok(Found {
             answer,
             sources: if settings.is_curve { 1 } else { points.len() },
+            sources_moved,
             rows_kept: ready.rows_kept().map(<[usize]>::to_vec),
             drawn,
             isolines,

@@ -11,6 +11,7 @@ use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::models;
 use crate::output::{line, significant, tell};
+use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::FitCommandSettings;
@@ -37,6 +38,12 @@ struct Facts {
 
 /// Fits a surface and writes it.
 pub fn run(settings: &FitCommandSettings, progress: &Progress) -> Result<Exit, Failure> {
+    Files::default()
+        .reads("CLOUD", Some(&settings.cloud.file))
+        .writes_any("--output", Some(&settings.output))
+        .writes_picture(settings.picture.as_deref())
+        .check()?;
+    taut_io::check_place(&settings.output)?;
     let points = clouds::read(&settings.cloud, progress)?;
     let facts = with_size!(points.dimension, fitted(settings, &points, progress))?;
     progress.clear();

@@ -2,7 +2,6 @@
 
 mod directions;
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -13,7 +12,8 @@ use taut_io::Format;
 
 use crate::exit::Exit;
 use crate::settings::{
-    Bounds, Correction, End, Reconstruction, coordinate, positive, slope, tolerance,
+    Bounds, Correction, End, Reconstruction, class, coordinate, count, positive, seed, slope,
+    tolerance, whole,
 };
 pub use directions::{ExpFlags, LogFlags};
 
@@ -98,7 +98,8 @@ pub struct Flags {
     pub command: Command,
     /// Number of threads [default: as many as the machine has]; the results do not depend on it
     #[arg(long, global = true, value_name = "N", help_heading = "General")]
-    pub threads: Option<NonZeroUsize>,
+    #[arg(value_parser = count, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
     /// No progress and no notes on standard error, only errors
     #[arg(long, short, global = true, help_heading = "General")]
     pub quiet: bool,
@@ -167,13 +168,14 @@ pub struct SourceFlags {
 #[derive(Debug, Args)]
 pub struct PointFlags {
     /// Only LAS points of these classes, such as 2 or 2,6
-    #[arg(long = "class", value_name = "CLASS,..", value_delimiter = ',')]
+    #[arg(long = "class", value_name = "CLASS,..", value_delimiter = ',', value_parser = class)]
+    #[arg(allow_negative_numbers = true)]
     pub classes: Vec<u8>,
     /// The format of the file, by the extension that it usually has
     #[arg(long, value_name = "NAME")]
     pub format: Option<Format>,
     /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     pub dimension: Option<usize>,
 }
 
@@ -182,12 +184,14 @@ pub struct PointFlags {
 pub struct CorrectionFlags {
     /// Largest relative error of a length
     #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
     /// How paths are pulled taut
     #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
     pub correction: Correction,
     /// Most nodes of a path
-    #[arg(long, value_name = "N", default_value_t = 8192)]
+    #[arg(long, value_name = "N", default_value = "8192", value_parser = count)]
+    #[arg(allow_negative_numbers = true)]
     pub most_nodes: usize,
 }
 
@@ -211,6 +215,7 @@ pub struct SurfaceFlags {
         long = "cell",
         value_name = "LENGTH,..",
         value_delimiter = ',',
+        allow_negative_numbers = true,
         conflicts_with_all = ["implicit", "shape"]
     )]
     pub cells: Vec<f64>,
@@ -247,7 +252,8 @@ pub struct PathFlags {
     #[command(flatten)]
     pub correction: CorrectionFlags,
     /// Also up to N further paths, such as round the other side of a hole
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
+    #[arg(value_parser = whole, allow_negative_numbers = true)]
     pub alternatives: usize,
     /// One JSON object for each pair, on a line of its own
     #[arg(long)]
@@ -288,13 +294,14 @@ pub struct FieldFlags {
     pub at: Option<PathBuf>,
     /// Largest relative error of the geodesics that carry the distances
     #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Look no farther than this; what is farther counts as not reached
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub max_distance: Option<f64>,
     /// Only the K points nearest to the sources; all others count as not reached
-    #[arg(long, value_name = "K")]
-    pub nearest: Option<NonZeroUsize>,
+    #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    pub nearest: Option<usize>,
     /// The cost per length at each point, above 0, inf where nothing passes: a text file with one on each line, in
     /// the order of the points, or else the name of a column of SURFACE's own file (ply, las, laz, or csv, xyz and txt
     /// with names in the first line), such as intensity. Distances are then costs
@@ -344,7 +351,7 @@ pub struct MatrixFlags {
     #[arg(long, value_name = "FILE")]
     pub to: Option<PathBuf>,
     /// Only pairs within this distance, in the units of SURFACE: a sparse matrix
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub radius: Option<f64>,
     #[command(flatten)]
     pub correction: CorrectionFlags,
@@ -384,7 +391,7 @@ pub struct FitFlags {
     pub file: PathBuf,
     /// Distance from the surface within which the points must lie, in their units; larger is smoother
     /// [default: a thousandth of the diagonal of the points' box]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub accuracy: Option<f64>,
     /// Where to put the model
     #[arg(long, short, value_name = "FILE.taut")]
@@ -404,8 +411,9 @@ pub struct SampleFlags {
     #[command(flatten)]
     pub surface: SurfaceFlags,
     /// How many points
-    #[arg(long, short = 'n', value_name = "N")]
-    pub count: NonZeroUsize,
+    #[arg(long, short = 'n', value_name = "N", value_parser = count)]
+    #[arg(allow_negative_numbers = true)]
+    pub count: usize,
     /// As densely where the surface is flat as where it bends
     #[arg(long)]
     pub uniform: bool,
@@ -424,7 +432,8 @@ pub struct SampleFlags {
     #[arg(long, value_name = "FILE")]
     pub sources: Option<PathBuf>,
     /// Which random sample
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value = "1", value_parser = seed)]
+    #[arg(allow_negative_numbers = true)]
     pub seed: u64,
     /// One JSON object
     #[arg(long)]
@@ -443,7 +452,8 @@ pub struct DemoFlags {
     #[arg(long, value_name = "FILE.png", default_value = "taut-demo.png")]
     pub picture: PathBuf,
     /// Which random sample of the sheet
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value = "1", value_parser = seed)]
+    #[arg(allow_negative_numbers = true)]
     pub seed: u64,
 }
 

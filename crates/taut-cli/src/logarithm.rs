@@ -5,11 +5,12 @@ use std::io::{self, Write};
 use serde::Serialize;
 use taut::Vector;
 use taut::field::{Field, Fields, Logarithm};
-use taut_io::{Column, PointTable, write_points, write_table};
+use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::answer::coordinates;
 use crate::exit::{Exit, Failure};
 use crate::output::{exponential, line, significant, tell, write_columns};
+use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::settings::{LogSettings, Source};
@@ -17,6 +18,18 @@ use crate::surface::Locate;
 
 /// Finds the vectors and writes what was asked for.
 pub fn run(settings: &LogSettings, progress: &Progress) -> Result<Exit, Failure> {
+    // A vector, two tangents carried, an error, a source and how far the point was moved.
+    let most = 3 * 3 + 3;
+    let at = settings.at.as_deref();
+    let content = Content::Table {
+        original: at.or_else(|| settings.source.points()),
+        columns: most,
+    };
+    let dimension = settings.source.dimension();
+    Files::of(&settings.source)
+        .reads("--at", at)
+        .writes("--output", settings.output.as_deref(), content, dimension)
+        .check()?;
     let question = Vectors { settings, progress };
     let table = ready::ask(&settings.source, &settings.sources, &question, progress)?;
     table.write(settings, progress)?;
@@ -47,6 +60,8 @@ struct Facts {
     surface: String,
     points: usize,
     sources: usize,
+    /// How far each source was moved onto the surface.
+    sources_moved: Vec<f64>,
     /// The orthonormal tangents at each source that are carried to the points.
     source_tangents: Vec<[Vec<f64>; 2]>,
     /// The longest vector; `None` where no point is reached.
@@ -88,7 +103,7 @@ impl Question for Vectors<'_> {
             ),
             error => ready.refused(error),
         };
-        let sources = ready.sources(&settings.sources, &[], progress)?;
+        let (sources, sources_moved) = ready.sources(&settings.sources, &[], progress)?;
         let places = settings.at.as_ref();
         let places = places
             .map(|file| ready.places(file, progress))
@@ -117,6 +132,7 @@ impl Question for Vectors<'_> {
         };
         let mut table = Table::new(ready, points, settings.transport);
         table.facts.sources = sources.len();
+        table.facts.sources_moved = sources_moved;
         table.facts.source_tangents = (0..sources.len() as u32)
             .filter_map(|source| fields.source_tangents(&field, source))
             .map(|tangents| tangents.map(|t| coordinates(&t, ready.dimension)))
@@ -173,6 +189,7 @@ impl Table {
                 surface: ready.name.to_owned(),
                 points: points.len() / ready.dimension,
                 sources: 0,
+                sources_moved: Vec::new(),
                 source_tangents: Vec::new(),
                 longest: None,
                 error_median: None,

@@ -16,12 +16,14 @@ mod logarithm;
 mod matrix;
 mod models;
 mod output;
+mod outputs;
 mod path;
 mod picture;
 mod progress;
 mod ready;
 mod sample;
 mod settings;
+mod signals;
 mod sites;
 mod surface;
 
@@ -36,6 +38,7 @@ use progress::Progress;
 
 fn main() -> ExitCode {
     let flags = Flags::parse();
+    signals::watch();
     let exit = run(flags).unwrap_or_else(|failure| {
         if failure.exit() != Exit::Success {
             progress::say(&failure.to_string());
@@ -46,7 +49,7 @@ fn main() -> ExitCode {
 }
 
 fn run(flags: Flags) -> Result<Exit, Failure> {
-    let count = flags.threads.map_or(0, std::num::NonZeroUsize::get);
+    let count = flags.threads.unwrap_or(0);
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(count)
         .build()

@@ -105,15 +105,16 @@ fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
 /// Moves below this share of the coordinates are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// How far rounding moves a point.
+pub fn rounding(point: &[f64]) -> f64 {
+    ROUNDING * point.iter().fold(0.0_f64, |size, v| size.max(v.abs()))
+}
+
 fn moved_by(end: &LocatedEnd) -> String {
     let Ok(place) = &end.place else {
         return String::new();
     };
-    let size = place
-        .point
-        .iter()
-        .fold(0.0_f64, |size, v| size.max(v.abs()));
-    if place.moved <= ROUNDING * size {
+    if place.moved <= rounding(&place.point) {
         return String::new();
     }
     format!(" (moved {:.1e} onto the surface)", place.moved)

@@ -1,13 +1,15 @@
 //! `taut path`.
 
 use std::io::{BufWriter, Write};
+use std::path::Path;
 
 use taut::parallel;
-use taut_io::{Pairs, Polyline, write_polylines};
+use taut_io::{Content, Pairs, Polyline, write_polylines};
 
 use crate::answer::{Answer, FoundPath};
 use crate::exit::{Exit, Failure};
 use crate::output::{self, Style};
+use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{End, Ends, PathSettings};
@@ -18,10 +20,34 @@ const CHUNK: usize = 256;
 
 /// Finds the paths and writes what was asked for.
 pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let list = match &settings.ends {
+        Ends::File(file) => Some(file.as_path()),
+        Ends::One(_) | Ends::StandardInput => None,
+    };
+    let output = settings.output.as_deref();
+    Files::of(&settings.source)
+        .reads("--pairs", list)
+        .writes(
+            "--output",
+            output,
+            Content::Paths,
+            settings.source.dimension(),
+        )
+        .writes_picture(settings.picture.as_deref())
+        .check()?;
     let pairs = pairs(&settings.ends)?;
     let count = pairs.len();
+    if output.is_some_and(holds_one) && (count > 1 || settings.alternatives > 0) {
+        return Err(Failure::Usage(
+            "--output: found the extension .npy, which holds one path, for several; write .csv or .json"
+                .to_owned(),
+        ));
+    }
     let ends = pairs.into_iter().flatten().collect();
     let prepared = surface::prepare(&settings.source, ends, progress)?;
+    if let Some(file) = output {
+        taut_io::check_output(file, Content::Paths, Some(prepared.dimension()))?;
+    }
     progress.step("paths");
     progress.count_to(count);
     let mut worst = Exit::Success;
@@ -67,6 +93,12 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
     progress.clear();
     report.finish()?;
     Ok(worst)
+}
+
+/// Whether a file's format has room for one path alone.
+fn holds_one(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("npy"))
 }
 
 /// Answers on their way to standard output.

@@ -17,10 +17,16 @@ const FINENESS: u32 = 8;
 
 /// Draws samples of a surface and the paths over them into a PNG file.
 pub fn draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(), Failure> {
-    try_draw(file, samples, paths).map_err(|error| Failure::Draw {
+    write(file, try_draw(samples, paths))
+}
+
+/// Puts a picture in its place.
+fn write(file: &Path, drawn: Result<Vec<u8>, DrawError>) -> Result<(), Failure> {
+    let bytes = drawn.map_err(|error| Failure::Draw {
         file: file.to_owned(),
         error,
-    })
+    })?;
+    Ok(taut_io::write_whole(file, |out| out.write_all(&bytes))?)
 }
 
 /// Distances at the points of a surface, and how they grow, in the coordinates of the input.
@@ -63,13 +69,10 @@ const ISOLINES: f64 = 16.0;
 
 /// Draws samples of a surface, coloured by distances, with isolines, into a PNG file.
 pub fn draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Result<(), Failure> {
-    try_draw_levels(file, samples, levels).map_err(|error| Failure::Draw {
-        file: file.to_owned(),
-        error,
-    })
+    write(file, try_draw_levels(samples, levels))
 }
 
-fn try_draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Result<(), DrawError> {
+fn try_draw_levels(samples: &FlatSamples, levels: &Levels) -> Result<Vec<u8>, DrawError> {
     let projection = Projection::new(samples.dimension, &samples.points)?;
     let mut scene = scene_of(&projection, samples)?;
     let interval = levels.interval();
@@ -82,7 +85,7 @@ fn try_draw_levels(file: &Path, samples: &FlatSamples, levels: &Levels) -> Resul
         "distance to {}, a line every {interval}",
         significant(highest(&levels.values))
     ));
-    finish(file, &scene)
+    finish(&scene)
 }
 
 fn highest(values: &[f64]) -> f64 {
@@ -103,12 +106,12 @@ fn scene_of(projection: &Projection, samples: &FlatSamples) -> Result<Scene, Dra
     }
 }
 
-fn finish(file: &Path, scene: &Scene) -> Result<(), DrawError> {
+fn finish(scene: &Scene) -> Result<Vec<u8>, DrawError> {
     let camera = Camera::automatic(scene, [0.0, 0.0, 1.0], WIDTH, HEIGHT)?;
-    render(scene, &camera, &Style::default())?.write_png(file)
+    render(scene, &camera, &Style::default())?.to_png_bytes()
 }
 
-fn try_draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(), DrawError> {
+fn try_draw(samples: &FlatSamples, paths: &[FoundPath]) -> Result<Vec<u8>, DrawError> {
     let projection = Projection::new(samples.dimension, &samples.points)?;
     let mut scene = scene_of(&projection, samples)?;
     for path in paths {
@@ -118,7 +121,7 @@ fn try_draw(file: &Path, samples: &FlatSamples, paths: &[FoundPath]) -> Result<(
         let caption = |length| format!("length {}", with_errors(length, only));
         scene.caption = only.length.map(caption);
     }
-    finish(file, &scene)
+    finish(&scene)
 }
 
 /// A curve through the nodes of a path: cubic Hermite pieces over the arc length.

@@ -9,6 +9,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Work shorter than this shows no progress.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// What is shown of work whose amount is not known, and of work that is counted.
+const STEP: &str = "{spinner} {msg} {elapsed}";
+const COUNT: &str = "{spinner} {msg} {wide_bar} {pos}/{len} {eta}";
 const TICK: Duration = Duration::from_millis(120);
 
 /// What the command says on standard error while it works.
@@ -23,6 +26,7 @@ impl Progress {
     /// Shows progress once the work has taken a second, on a terminal, unless `quiet`.
     pub fn new(quiet: bool) -> Self {
         let bar = ProgressBar::hidden();
+        style(&bar, STEP);
         let shown = !quiet && std::io::stderr().is_terminal();
         let patience = shown.then(|| show_later(bar.clone()));
         Self {
@@ -34,17 +38,15 @@ impl Progress {
 
     /// Names the step that is under way.
     pub fn step(&self, name: impl Into<Cow<'static, str>>) {
+        style(&self.bar, STEP);
         self.bar.set_message(name);
     }
 
     /// Starts counting `total` pieces of work.
     pub fn count_to(&self, total: usize) {
+        self.bar.set_position(0);
         self.bar.set_length(total as u64);
-        if let Ok(style) =
-            ProgressStyle::with_template("{spinner} {msg} {wide_bar} {pos}/{len} {eta}")
-        {
-            self.bar.set_style(style);
-        }
+        style(&self.bar, COUNT);
     }
 
     /// So many pieces more are done.
@@ -74,6 +76,12 @@ impl Drop for Progress {
 /// A line of taut's on standard error, whose absence is no reason to fail.
 pub fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "taut: {text}");
+}
+
+fn style(bar: &ProgressBar, template: &str) {
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
 }
 
 fn show_later(bar: ProgressBar) -> Sender<()> {

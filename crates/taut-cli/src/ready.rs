@@ -13,6 +13,7 @@ use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
 use crate::models;
+use crate::output::{rounding, significant};
 use crate::progress::Progress;
 use crate::settings::{self, CloudSettings, End, EquationSettings, Sources};
 use crate::sites::{self, Site};
@@ -114,6 +115,9 @@ fn of_equations<const D: usize, Q: Question>(
     })
 }
 
+/// Points whose moves are told one by one.
+const MOST_TOLD: usize = 8;
+
 /// Points other than the surface's own that something was asked for at.
 pub struct Places<const D: usize, P> {
     /// As given, row-major.
@@ -152,13 +156,14 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         })
     }
 
-    /// The sources with their start values: their own, else those of `starts`.
+    /// The sources with their start values: their own, else those of `starts`; and how far they were moved onto the
+    /// surface.
     pub fn sources(
         &self,
         sources: &Sources,
         starts: &[f64],
         progress: &Progress,
-    ) -> Result<Vec<Source<D, S::Place>>, Failure> {
+    ) -> Result<(Vec<Source<D, S::Place>>, Vec<f64>), Failure> {
         let sites = sites::of_sources(sources, self.dimension, progress)?;
         if !starts.is_empty() && starts.len() != sites.len() {
             return Err(Failure::Usage(format!(
@@ -168,24 +173,88 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
             )));
         }
         let source = |(i, site): (usize, &Site)| {
-            let (node, _) = self.locate(&site.end)?;
+            let (node, moved) = self.locate(&site.end)?;
             let start = site.value.or_else(|| starts.get(i).copied());
-            Ok(Source {
-                node,
-                start: start.unwrap_or(0.0),
-            })
+            let start = start.unwrap_or(0.0);
+            Ok((Source { node, start }, moved))
         };
-        sites.iter().enumerate().map(source).collect()
+        let found = sites.iter().enumerate().map(source);
+        let found: Vec<_> = found.collect::<Result<_, Failure>>()?;
+        let (sources, moved): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let nodes: Vec<_> = sources
+            .iter()
+            .map(|source: &Source<D, _>| source.node)
+            .collect();
+        let ends: Vec<&End> = sites.iter().map(|site| &site.end).collect();
+        self.tell_moved("source", &ends, &nodes, &moved, progress);
+        Ok((sources, moved))
     }
 
-    /// The vertices of a curve.
+    /// Says how far points were moved onto the surface, and warns where they hardly mean it.
+    fn tell_moved(
+        &self,
+        what: &str,
+        ends: &[&End],
+        nodes: &[Node<D, S::Place>],
+        moved: &[f64],
+        progress: &Progress,
+    ) {
+        let surface = self.geodesics.surface();
+        let is_far = |i: usize| {
+            let reach = surface.resolution(nodes[i].place);
+            reach > 0.0 && moved[i] > reach
+        };
+        // Rows of a cloud lie off it by its noise.
+        let is_told = |i: &usize| match ends[*i] {
+            End::Point(point) => moved[*i] > rounding(point),
+            End::Row(_) => is_far(*i),
+        };
+        let told: Vec<usize> = (0..ends.len()).filter(is_told).collect();
+        let doubt = |i: usize| match is_far(i) {
+            true => ", farther than a few spacings of the points there: does it mean this surface?",
+            false => "",
+        };
+        for i in told.iter().copied().take(MOST_TOLD) {
+            progress.note(&format!(
+                "{}: {what} {} was moved {} onto the surface{}",
+                self.name,
+                ends[i],
+                significant(moved[i]),
+                doubt(i)
+            ));
+        }
+        let farthest = told
+            .iter()
+            .copied()
+            .max_by(|a, b| moved[*a].total_cmp(&moved[*b]));
+        if let Some(i) = farthest.filter(|_| told.len() > MOST_TOLD) {
+            progress.note(&format!(
+                "{}: {} more were moved; of all {} the farthest, {}, by {}{}",
+                self.name,
+                told.len() - MOST_TOLD,
+                told.len(),
+                ends[i],
+                significant(moved[i]),
+                doubt(i)
+            ));
+        }
+    }
+
+    /// The vertices of a curve, and how far they were moved onto the surface.
     pub fn vertices(
         &self,
         curve: &Sources,
         progress: &Progress,
-    ) -> Result<Vec<Node<D, S::Place>>, Failure> {
+    ) -> Result<(Vec<Node<D, S::Place>>, Vec<f64>), Failure> {
         let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
-        ends.iter().map(|end| Ok(self.locate(end)?.0)).collect()
+        let found: Vec<_> = ends
+            .iter()
+            .map(|end| self.locate(end))
+            .collect::<Result<_, _>>()?;
+        let (nodes, moved): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let ends: Vec<&End> = ends.iter().collect();
+        self.tell_moved("vertex", &ends, &nodes, &moved, progress);
+        Ok((nodes, moved))
     }
 
     /// The points of a file; a row must have a place on the surface, a point need not.

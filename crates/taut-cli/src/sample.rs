@@ -9,7 +9,7 @@ use taut::guess::particles::{self, Quality, Region, Sampling};
 use taut::surface::atlas::{Atlas, ChartIndex};
 use taut::surface::implicit::{Equations, ImplicitSurface};
 use taut::surface::{Geometry, Node, Surface};
-use taut_io::PointSet;
+use taut_io::{Content, PointSet};
 
 use crate::answer::{flat, padded};
 use crate::clouds;
@@ -19,6 +19,7 @@ use crate::exit::{Exit, Failure};
 use crate::farthest;
 use crate::models::{self, FileModel};
 use crate::output::{line, significant, tell};
+use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{End, EquationSettings, Law, Model, SampleSettings, Source};
@@ -48,6 +49,17 @@ struct Facts {
 
 /// Samples the surface and writes what was asked for.
 pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let dimension = settings.source.dimension();
+    Files::of(&settings.source)
+        .reads_sources("--sources", &settings.sources)
+        .writes(
+            "--output",
+            settings.output.as_deref(),
+            Content::Points,
+            dimension,
+        )
+        .writes_picture(settings.picture.as_deref())
+        .check()?;
     match &settings.source {
         Source::Cloud(cloud) if settings.farthest => farthest::run(settings, cloud, progress),
         _ if settings.farthest => Err(Failure::Usage(

@@ -4,7 +4,7 @@ mod directions;
 mod field;
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::ValueEnum;
@@ -29,6 +29,24 @@ pub enum Source {
     /// The file of a fitted model.
     Model(PathBuf),
     Equations(EquationSettings),
+}
+
+impl Source {
+    /// Coordinates of a point, where they are known before anything is read.
+    pub fn dimension(&self) -> Option<usize> {
+        match self {
+            Self::Equations(settings) => Some(settings.dimension),
+            Self::Cloud(_) | Self::Model(_) => None,
+        }
+    }
+
+    /// The file that holds the surface's own points.
+    pub fn points(&self) -> Option<&Path> {
+        match self {
+            Self::Cloud(cloud) => Some(&cloud.file),
+            Self::Model(_) | Self::Equations(_) => None,
+        }
+    }
 }
 
 /// A point cloud in a file.
@@ -239,8 +257,42 @@ pub fn positive(text: &str) -> Result<f64, String> {
 pub fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
-        _ => Err("expected a relative error between 0 and 1, such as 1e-6".to_owned()),
+        Ok(value) if value <= 0.0 => Err(format!(
+            "found {text:?}, expected a positive tolerance, such as 1e-6"
+        )),
+        _ => Err(format!(
+            "found {text:?}, expected a relative error between 0 and 1, such as 1e-6"
+        )),
     }
+}
+
+/// Reads a code of LAS classes.
+pub fn class(text: &str) -> Result<u8, String> {
+    text.trim().parse().map_err(|_| {
+        format!(
+            "found {text:?}, expected the number of a class, 0 to 255, such as 2, which is ground"
+        )
+    })
+}
+
+/// Reads a whole number.
+pub fn whole(text: &str) -> Result<usize, String> {
+    let wrong = |_| format!("found {text:?}, expected a whole number: 0, 1, 2, ..");
+    text.trim().parse().map_err(wrong)
+}
+
+/// Reads a whole number above 0.
+pub fn count(text: &str) -> Result<usize, String> {
+    match whole(text) {
+        Ok(value) if value > 0 => Ok(value),
+        _ => Err(format!("found {text:?}, expected a whole number: 1, 2, ..")),
+    }
+}
+
+/// Reads what random numbers begin with.
+pub fn seed(text: &str) -> Result<u64, String> {
+    let wrong = |_| format!("found {text:?}, expected a whole number: 0, 1, 2, ..");
+    text.trim().parse().map_err(wrong)
 }
 
 /// Which pairs of ends.
@@ -377,7 +429,7 @@ impl TryFrom<SampleFlags> for SampleSettings {
     fn try_from(flags: SampleFlags) -> Result<Self, Failure> {
         Ok(Self {
             source: flags.surface.try_into()?,
-            count: flags.count.get(),
+            count: flags.count,
             sources: Sources::new(flags.source, flags.sources),
             farthest: flags.farthest,
             spread: if flags.uniform {
@@ -503,13 +555,6 @@ impl TryFrom<MatrixFlags> for MatrixSettings {
     type Error = Failure;
 
     fn try_from(flags: MatrixFlags) -> Result<Self, Failure> {
-        if let Some(radius) = flags.radius
-            && !(radius > 0.0 && radius.is_finite())
-        {
-            return Err(Failure::Usage(format!(
-                "--radius: found {radius}, expected a length above 0"
-            )));
-        }
         let extension = if flags.radius.is_some() { "npz" } else { "npy" };
         for file in std::iter::once(&flags.output).chain(&flags.errors) {
             if file.extension().is_none_or(|found| found != extension) {
@@ -523,12 +568,6 @@ impl TryFrom<MatrixFlags> for MatrixSettings {
                     }
                 )));
             }
-        }
-        if flags.errors.as_ref() == Some(&flags.output) {
-            return Err(Failure::Usage(format!(
-                "--errors: found {}, expected another file than --output names",
-                flags.output.display()
-            )));
         }
         let format = flags.paths_format;
         if !PATHS_FORMATS.contains(&format.as_str()) {

@@ -38,7 +38,7 @@ fn draw(mut scene: Scene, caption: &str, file: &Path) -> Result<(), Box<dyn Erro
     let chosen = start.elapsed();
     let image = render(&scene, &camera, &Style::default())?;
     let drawn = start.elapsed();
-    image.write_png(file)?;
+    std::fs::write(file, image.to_png_bytes()?)?;
     let points = scene.points.len();
     let (rendering, writing) = (drawn - chosen, start.elapsed() - drawn);
     println!(

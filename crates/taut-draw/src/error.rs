@@ -1,7 +1,5 @@
 //! What can go wrong when drawing.
 
-use std::path::PathBuf;
-
 /// Why a picture could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -73,12 +71,4 @@ pub enum DrawError {
     /// The picture could not be encoded.
     #[error("the picture could not be encoded as PNG")]
     Encode(#[from] png::EncodingError),
-    /// The picture could not be written.
-    #[error("{}: the picture could not be written; check that its folder exists and is writable", path.display())]
-    Write {
-        /// Where it should have gone.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
 }

@@ -1,8 +1,4 @@
-//! A finished picture and its PNG file.
-
-use std::fs;
-use std::io::Write;
-use std::path::Path;
+//! A finished picture and its PNG.
 
 use crate::error::DrawError;
 
@@ -72,51 +68,4 @@ impl Image {
         writer.finish()?;
         Ok(out)
     }
-
-    /// Writes the picture as PNG.
-    ///
-    /// A reader sees the old file or the new one, never a part: the bytes go to a temporary file
-    /// in the same folder, which then takes the name. A link is followed; what is no plain file
-    /// (a pipe, say) is written in place.
-    ///
-    /// # Errors
-    ///
-    /// [`DrawError::Encode`], [`DrawError::Write`].
-    pub fn write_png(&self, path: &Path) -> Result<(), DrawError> {
-        let bytes = self.to_png_bytes()?;
-        write_whole(path, &bytes).map_err(|source| DrawError::Write {
-            path: path.to_owned(),
-            source,
-        })
-    }
-}
-
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if fs::metadata(&target).is_ok_and(|data| !data.is_file()) {
-        return fs::OpenOptions::new()
-            .write(true)
-            .open(&target)?
-            .write_all(bytes);
-    }
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = temporary_file(folder)?;
-    file.write_all(bytes)?;
-    file.persist(&target)?;
-    Ok(())
-}
-
-/// A temporary file with the access rights of a file made the ordinary way.
-fn temporary_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".taut-").suffix(".png");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::{Fault, ReadError, WriteError};
-use crate::write::atomic;
+use crate::write::write_whole;
 
 /// Writes a header and rows; the file appears only when it is complete. Numbers read back to the same bits.
 ///
@@ -19,7 +19,7 @@ pub fn write_json_lines<H: Serialize, R: Serialize>(
     header: &H,
     rows: &[R],
 ) -> Result<(), WriteError> {
-    atomic::write(path, |file| {
+    write_whole(path, |file| {
         serde_json::to_writer(&mut *file, header)?;
         writeln!(file)?;
         for row in rows {

@@ -38,6 +38,7 @@ pub use point_set::{PointSet, ReadOptions};
 pub use read::read;
 pub use sources::{Sources, read_sources};
 pub use write::{
-    Column, MatrixFile, PointTable, Polyline, SparseRows, write_points, write_polylines,
-    write_sparse, write_table,
+    Column, Content, MatrixFile, PointTable, Polyline, SparseRows, Unfinished, check_output,
+    check_place, discard_unfinished, sync_folder, target_of, write_points, write_polylines,
+    write_sparse, write_table, write_whole,
 };

@@ -1,11 +1,11 @@
 //! Rows of numbers, as text.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use crate::error::{Fault, ReadError, quoted};
-use crate::text::{Separator, as_text, content_lines, number};
+use crate::text::{Lines, Separator, number};
 
 /// A table of numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,36 +27,31 @@ pub fn read_numbers(path: &Path) -> Result<Numbers, ReadError> {
 }
 
 fn read(path: &Path) -> Result<Numbers, Fault> {
-    let mut bytes = Vec::new();
-    File::open(path)?.read_to_end(&mut bytes)?;
-    if bytes.is_empty() {
-        return Err(Fault::Empty);
-    }
-    let text = as_text(&bytes)?;
+    let mut lines = Lines::new(BufReader::new(File::open(path)?));
     let remedy = "write one row of numbers on a line";
-    let Some((line, first)) = content_lines(text).next() else {
-        let lines = text.lines().count();
-        return Err(Fault::line(lines, "no number", "at least one", remedy));
+    let first = lines.next()?.map(|(line, row)| (line, row.to_owned()));
+    let Some((line, first)) = first else {
+        return match lines.read() {
+            0 => Err(Fault::Empty),
+            read => Err(Fault::line(read, "no number", "at least one", remedy)),
+        };
     };
-    let separator = Separator::of(first);
-    let columns = separator.fields(first).count();
-    let values = table(text, separator, columns, line, remedy, |value| {
-        !value.is_nan()
-    })?;
+    let values = table((line, &first), &mut lines, remedy, |value| !value.is_nan())?;
+    let columns = Separator::of(&first).fields(&first).count();
     Ok(Numbers { columns, values })
 }
 
-/// The numbers of a text whose lines have so many columns, as its first line with content has.
-pub(crate) fn table(
-    text: &str,
-    separator: Separator,
-    columns: usize,
-    first_line: usize,
+/// The numbers of lines that all have as many columns as the first, which is given.
+pub(crate) fn table<R: BufRead>(
+    (first_line, first): (usize, &str),
+    lines: &mut Lines<R>,
     remedy: &str,
     is_allowed: impl Fn(f64) -> bool,
 ) -> Result<Vec<f64>, Fault> {
+    let separator = Separator::of(first);
+    let columns = separator.fields(first).count();
     let mut values = Vec::new();
-    for (line, row) in content_lines(text) {
+    let mut add = |line: usize, row: &str| {
         let before = values.len();
         for field in separator.fields(row) {
             let value = number(field, line)?;
@@ -67,15 +62,20 @@ pub(crate) fn table(
             values.push(value);
         }
         let found = values.len() - before;
-        if found != columns {
-            let expected = format!("{columns} as in line {first_line}");
-            return Err(Fault::line(
-                line,
-                format!("{found} columns"),
-                expected,
-                remedy,
-            ));
+        if found == columns {
+            return Ok(());
         }
+        let expected = format!("{columns} as in line {first_line}");
+        Err(Fault::line(
+            line,
+            format!("{found} columns"),
+            expected,
+            remedy,
+        ))
+    };
+    add(first_line, first)?;
+    while let Some((line, row)) = lines.next()? {
+        add(line, row)?;
     }
     Ok(values)
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::{Fault, ReadError, quoted};
 use crate::numbers::table;
-use crate::text::{Separator, as_text, content_lines};
+use crate::text::{Lines, Separator};
 
 /// Pairs of ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,26 +48,20 @@ pub fn read_pairs_from(source: impl BufRead, name: &str) -> Result<Pairs, ReadEr
     parse(source).map_err(|fault| fault.in_file(Path::new(name)))
 }
 
-fn parse(mut source: impl BufRead) -> Result<Pairs, Fault> {
-    let mut bytes = Vec::new();
-    source.read_to_end(&mut bytes)?;
-    if bytes.is_empty() {
-        return Err(Fault::Empty);
-    }
-    let text = as_text(&bytes)?;
-    let Some((line, first)) = content_lines(text).next() else {
-        return Err(wrong(
-            text.lines().count(),
-            "no pair".to_owned(),
-            "at least one",
-        ));
+fn parse(source: impl BufRead) -> Result<Pairs, Fault> {
+    let mut lines = Lines::new(source);
+    let first = lines.next()?.map(|(line, row)| (line, row.to_owned()));
+    let Some((line, first)) = first else {
+        return match lines.read() {
+            0 => Err(Fault::Empty),
+            read => Err(wrong(read, "no pair".to_owned(), "at least one")),
+        };
     };
-    let separator = Separator::of(first);
-    match separator.fields(first).count() {
-        2 => parse_indices(text, separator),
+    match Separator::of(&first).fields(&first).count() {
+        2 => parse_indices((line, &first), &mut lines),
         columns if columns >= 4 && columns % 2 == 0 => Ok(Pairs::Coordinates {
             dimension: columns / 2,
-            values: table(text, separator, columns, line, REMEDY, f64::is_finite)?,
+            values: table((line, &first), &mut lines, REMEDY, f64::is_finite)?,
         }),
         columns => Err(wrong(
             line,
@@ -84,29 +78,34 @@ fn wrong(line: usize, found: String, expected: &str) -> Fault {
 const REMEDY: &str =
     "write two row numbers (the first row is 0) or two points' coordinates on a line";
 
-fn parse_indices(text: &str, separator: Separator) -> Result<Pairs, Fault> {
-    let mut pairs = Vec::new();
-    for (line, row) in content_lines(text) {
-        let mut pair = [0; 2];
-        let mut columns = 0;
-        for field in separator.fields(row) {
-            if let Some(index) = pair.get_mut(columns) {
-                *index = field
-                    .parse()
-                    .map_err(|_| wrong(line, quoted(field), "a row number: 0, 1, 2, ..."))?;
-            }
-            columns += 1;
-        }
-        if columns != 2 {
-            return Err(wrong(
-                line,
-                format!("{columns} columns"),
-                "2 row numbers as in the lines before",
-            ));
-        }
-        pairs.push(pair);
+fn parse_indices<R: BufRead>(
+    (first_line, first): (usize, &str),
+    lines: &mut Lines<R>,
+) -> Result<Pairs, Fault> {
+    let separator = Separator::of(first);
+    let mut pairs = vec![pair(separator, first_line, first)?];
+    while let Some((line, row)) = lines.next()? {
+        pairs.push(pair(separator, line, row)?);
     }
     Ok(Pairs::Indices(pairs))
+}
+
+fn pair(separator: Separator, line: usize, row: &str) -> Result<[usize; 2], Fault> {
+    let mut pair = [0; 2];
+    let mut columns = 0;
+    for field in separator.fields(row) {
+        if let Some(index) = pair.get_mut(columns) {
+            *index = field
+                .parse()
+                .map_err(|_| wrong(line, quoted(field), "a row number: 0, 1, 2, ..."))?;
+        }
+        columns += 1;
+    }
+    if columns == 2 {
+        return Ok(pair);
+    }
+    let expected = "2 row numbers as in the lines before";
+    Err(wrong(line, format!("{columns} columns"), expected))
 }
 
 #[cfg(test)]

@@ -1,12 +1,14 @@
 //! Points of a surface, named by a file: coordinates, or row numbers of the file of the surface's points.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
 use crate::error::{Fault, ReadError, quoted};
 use crate::format::Format;
 use crate::point_set::{PointSet, ReadOptions};
 use crate::read::read;
-use crate::text::{Separator, as_text, content_lines};
+use crate::text::{Lines, Separator};
 
 /// Points named by a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,25 +33,29 @@ pub enum Sources {
 /// # Errors
 /// As [`read`], and where a line of a file of row numbers is none.
 pub fn read_sources(path: &Path) -> Result<Sources, ReadError> {
-    let in_file = |fault: Fault| fault.in_file(path);
     if matches!(Format::from_path(path), Some(Format::Xyz | Format::Csv)) {
-        let bytes = std::fs::read(path).map_err(|error| in_file(error.into()))?;
-        let text = as_text(&bytes).map_err(in_file)?;
-        let first = content_lines(text).next();
-        if first.is_some_and(|(_, row)| Separator::of(row).fields(row).count() == 1) {
-            return rows(text).map(Sources::Rows).map_err(in_file);
+        let rows = rows(path).map_err(|fault| fault.in_file(path))?;
+        if let Some(rows) = rows {
+            return Ok(Sources::Rows(rows));
         }
     }
     read(path, &ReadOptions::default()).map(Sources::Points)
 }
 
-fn rows(text: &str) -> Result<Vec<usize>, Fault> {
-    let row = |(line, row): (usize, &str)| {
-        row.trim_end_matches([',', ';']).parse().map_err(|_| {
+/// The rows in a text of one column, `None` where it has more.
+fn rows(path: &Path) -> Result<Option<Vec<usize>>, Fault> {
+    let mut lines = Lines::new(BufReader::new(File::open(path)?));
+    let mut rows = Vec::new();
+    while let Some((line, row)) = lines.next()? {
+        if rows.is_empty() && Separator::of(row).fields(row).count() != 1 {
+            return Ok(None);
+        }
+        let number = row.trim_end_matches([',', ';']).parse().map_err(|_| {
             let expected = "a row number: 0, 1, 2, ..., as in a file of one column";
             let remedy = "write a row number or a point's coordinates on each line";
             Fault::line(line, quoted(row), expected, remedy)
-        })
-    };
-    content_lines(text).map(row).collect()
+        })?;
+        rows.push(number);
+    }
+    Ok((!rows.is_empty()).then_some(rows))
 }

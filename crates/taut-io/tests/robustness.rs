@@ -6,7 +6,9 @@ use std::io::Cursor;
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
-use taut_io::{Format, Polyline, ReadOptions, read, read_pairs_from, write_polylines};
+use taut_io::{
+    Content, Format, Polyline, ReadOptions, check_output, read, read_pairs_from, write_polylines,
+};
 
 const NAMES: [&str; 10] = [
     "ply", "obj", "off", "stl", "xyz", "csv", "pcd", "las", "e57", "npy",
@@ -60,7 +62,7 @@ fn las(format: u8, compressed: bool) -> Vec<u8> {
                 x,
                 y: x * x,
                 z: 0.5,
-                gps_time: Some(0.0),
+                gps_time: Some(x),
                 ..las::Point::default()
             })
             .unwrap();
@@ -243,6 +245,124 @@ fn chunk_tables_that_end_too_soon_are_told() {
         assert!(message.contains("declared 200"), "{message}");
         println!("{message}");
     }
+}
+
+/// Bits that say so many times that a GPS time belongs to another sequence: `symbol` of a model of so many.
+fn endless(symbols: u32, symbol: u32, times: usize) -> Vec<u8> {
+    let mut encoder = laz::encoders::ArithmeticEncoder::new(Vec::new());
+    let mut builder = laz::models::ArithmeticModelBuilder::new(symbols);
+    let mut model = builder.with_compression(true).build();
+    for _ in 0..times {
+        encoder.encode_symbol(&mut model, symbol).unwrap();
+    }
+    encoder.done().unwrap();
+    encoder.into_inner()
+}
+
+/// Times of records one after the other that are said to belong to another sequence without end.
+struct Endless;
+
+impl laz::record::FieldCompressor<Vec<u8>> for Endless {
+    fn size_of_field(&self) -> usize {
+        8
+    }
+
+    fn compress_first(&mut self, out: &mut Vec<u8>, bytes: &[u8]) -> std::io::Result<()> {
+        out.extend(bytes);
+        Ok(())
+    }
+
+    fn compress_with(
+        &mut self,
+        encoder: &mut laz::encoders::ArithmeticEncoder<Vec<u8>>,
+        _: &[u8],
+    ) -> std::io::Result<()> {
+        let mut builder = laz::models::ArithmeticModelBuilder::new(6);
+        let mut model = builder.with_compression(true).build();
+        for _ in 0..STEPS {
+            encoder.encode_symbol(&mut model, 3)?;
+        }
+        Ok(())
+    }
+}
+
+const STEPS: usize = 10_000_000;
+
+#[test]
+fn times_that_go_from_sequence_to_sequence_without_end_are_told() {
+    use laz::record::RecordCompressor;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.laz");
+    let points_at = |bytes: &[u8]| u32::from_le_bytes(*bytes[96..].first_chunk().unwrap()) as usize;
+    // Records one after the other.
+    let mut packed = laz::record::SequentialPointRecordCompressor::new(Vec::new());
+    packed.add_field_compressor(laz::las::v2::LasPoint0Compressor::default());
+    packed.add_field_compressor(Endless);
+    packed.compress_next(&[0; 28]).unwrap();
+    packed.compress_next(&[0; 28]).unwrap();
+    packed.done().unwrap();
+    let mut bytes = las(1, true);
+    let start = points_at(&bytes);
+    bytes.truncate(start + 8);
+    bytes.extend(Box::new(packed).box_into_inner());
+    let table_at = bytes.len() as u64;
+    bytes[start..start + 8].copy_from_slice(&table_at.to_le_bytes());
+    bytes.extend([0; 8]);
+    std::fs::write(&file, &bytes).unwrap();
+    let message = read(&file, &ReadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("without end") && message.contains("byte offset"),
+        "{message}"
+    );
+
+    // Records in layers: places are read all the same, and the records are not copied.
+    let mut bytes = las(6, true);
+    let start = points_at(&bytes);
+    let sizes = start + 8 + 30 + 4;
+    let size = |bytes: &[u8], layer: usize| {
+        u32::from_le_bytes(*bytes[sizes + 4 * layer..].first_chunk().unwrap()) as usize
+    };
+    let times_at = sizes + 36 + (0..8).map(|layer| size(&bytes, layer)).sum::<usize>();
+    let times = endless(5, 4, STEPS);
+    let before = size(&bytes, 8);
+    bytes.splice(times_at..times_at + before, times.iter().copied());
+    bytes[sizes + 32..sizes + 36].copy_from_slice(&(times.len() as u32).to_le_bytes());
+    let grown = times.len() as i64 - before as i64;
+    for at in [start, 235] {
+        let moved = i64::from_le_bytes(*bytes[at..].first_chunk().unwrap()) + grown;
+        bytes[at..at + 8].copy_from_slice(&moved.to_le_bytes());
+    }
+    std::fs::write(&file, &bytes).unwrap();
+    let points = read(&file, &ReadOptions::default()).unwrap();
+    assert_eq!(points.coordinates[24..], [8.0, 64.0, 0.5]);
+    let content = Content::Table {
+        original: Some(&file),
+        columns: 1,
+    };
+    let message = check_output(&folder.path().join("out.las"), content, None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("without end") && message.contains(&format!("byte offset {times_at}")),
+        "{message}"
+    );
+}
+
+#[test]
+fn layers_that_end_behind_the_file_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.laz");
+    let mut bytes = las(6, true);
+    let start = u32::from_le_bytes(*bytes[96..].first_chunk().unwrap()) as usize;
+    let sizes = start + 8 + 30 + 4;
+    bytes[sizes + 4..sizes + 8].copy_from_slice(&0xf000_0000_u32.to_le_bytes());
+    std::fs::write(&file, &bytes).unwrap();
+    let message = read(&file, &ReadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("layers of 402"), "{message}");
 }
 
 proptest! {

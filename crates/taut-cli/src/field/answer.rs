@@ -102,6 +102,7 @@ impl Answer {
             surface: self.surface.clone(),
             points: self.distance.len(),
             sources,
+            sources_moved: Vec::new(),
             farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
             error_median: errors.get(errors.len() / 2).copied(),
             error_most: errors.last().copied(),
@@ -120,6 +121,8 @@ pub struct Facts {
     pub surface: String,
     pub points: usize,
     pub sources: usize,
+    /// How far each source, or vertex of the curve, was moved onto the surface.
+    pub sources_moved: Vec<f64>,
     /// The largest distance; `None` where no point is reached.
     pub farthest: Option<f64>,
     /// Estimated errors over the points reached.
@@ -145,8 +148,10 @@ pub struct IsolineFacts {
     pub lines: usize,
     /// Of these.
     pub closed: usize,
-    /// By how much the distance at a vertex misses its line's level at most.
+    /// By how much the field at a vertex misses its line's level at most.
     pub missed_most: f64,
+    /// The largest estimated error of the field at a vertex, which the true distance may miss the level by besides.
+    pub error_most: Option<f64>,
 }
 
 impl IsolineFacts {
@@ -155,6 +160,7 @@ impl IsolineFacts {
             lines: lines.len(),
             closed: lines.iter().filter(|line| line.closed).count(),
             missed_most: lines.iter().map(|line| line.miss).fold(0.0, f64::max),
+            error_most: lines.iter().filter_map(|line| line.error).reduce(f64::max),
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use taut::Vector;
 use taut::error::Error;
 use taut::field::{Field, Fields, Isoline};
 use taut::guess::Guide;
+use taut::{Vector, parallel};
 use taut_io::{Polyline, write_polylines};
 
 use crate::answer::flat;
@@ -18,8 +18,10 @@ pub struct Line {
     pub level: f64,
     /// Its first vertex is repeated at its end.
     pub closed: bool,
-    /// By how much the distance at a vertex misses the level at most.
+    /// By how much the distance at a vertex misses the level at most, as the field has it.
     pub miss: f64,
+    /// The largest estimated error of the field at a vertex; `None` where it is not known at any.
+    pub error: Option<f64>,
     dimension: usize,
     points: Vec<f64>,
     arc_length: Vec<f64>,
@@ -43,8 +45,10 @@ impl Line {
         lines: &[Isoline<D>],
         centre: &Vector<D>,
         dimension: usize,
+        error: impl Fn(&Vector<D>) -> Option<f64> + Sync,
     ) -> Vec<Self> {
         let line = |line: &Isoline<D>| Self {
+            error: line.points.iter().filter_map(&error).reduce(f64::max),
             level: line.level,
             closed: line.closed,
             miss: line.miss,
@@ -52,7 +56,7 @@ impl Line {
             points: flat(&line.points, centre, dimension),
             arc_length: lengths(&line.points),
         };
-        lines.iter().map(line).collect()
+        parallel::map(lines.len(), |i| line(&lines[i]))
     }
 
     fn polyline(&self) -> Polyline<'_> {

@@ -16,6 +16,7 @@ use crate::settings::{FieldSettings, Source};
 /// Writes the files asked for and tells of the field; without any its values go to standard output.
 pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Result<(), Failure> {
     let mut facts = found.answer.facts(found.sources, settings.nearest);
+    facts.sources_moved.clone_from(&found.sources_moved);
     if let Some(file) = &settings.output {
         progress.step("writing the distances");
         let original = match (&settings.source, &settings.at) {
@@ -92,7 +93,15 @@ fn note(facts: &Facts, progress: &Progress) {
 fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     line(out, "surface", &facts.surface)?;
     line(out, "points", &facts.points.to_string())?;
-    line(out, "sources", &facts.sources.to_string())?;
+    let moved = facts.sources_moved.iter().copied().fold(0.0, f64::max);
+    let sources = match moved {
+        0.0 => facts.sources.to_string(),
+        moved => format!(
+            "{} (moved onto the surface by at most {moved:.1e})",
+            facts.sources
+        ),
+    };
+    line(out, "sources", &sources)?;
     let farthest = facts
         .farthest
         .map_or("none reached".to_owned(), significant);
@@ -108,10 +117,17 @@ fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
         lines,
         closed,
         missed_most,
+        error_most,
     }) = &facts.isolines
     {
-        let missed = exponential(Some(*missed_most));
-        let told = format!("{lines}, {closed} of them closed, off their level by at most {missed}");
+        // The distance that the field errs by is the line's error too.
+        let off = exponential(error_most.map(|error| error + missed_most));
+        let told = match lines {
+            0 => "none".to_owned(),
+            _ => format!(
+                "{lines}, {closed} of them closed, off their level by an estimated {off} at most"
+            ),
+        };
         line(out, "isolines", &told)?;
     }
     if let Some(moved) = facts.moved_most {

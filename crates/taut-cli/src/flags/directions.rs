@@ -38,6 +38,7 @@ pub struct LogFlags {
     pub transport: bool,
     /// Largest relative error of the geodesics that carry the directions
     #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
     /// One JSON object that tells of the vectors, with the tangents of the sources
     #[arg(long)]
@@ -72,6 +73,7 @@ pub struct ExpFlags {
     pub length: Option<f64>,
     /// Largest relative error of its end on the surface
     #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
     /// One JSON object for each geodesic, on a line of its own
     #[arg(long)]

@@ -17,18 +17,40 @@ pub struct Output {
 }
 
 impl Output {
+    /// Through links: what they lead to is replaced, not they.
     pub fn new(whole: &Path) -> Self {
+        let whole = taut_io::target_of(whole).unwrap_or_else(|_| whole.to_path_buf());
         Self {
-            part: beside(whole, ".part"),
-            whole: whole.to_path_buf(),
+            part: beside(&whole, ".part"),
+            whole,
         }
     }
 
-    /// Puts the part in the place of the whole, unless that was done before.
+    /// Puts the part, which is on the disk, in the place of the whole, unless that was done before. Access rights stay
+    /// those of the whole.
     pub fn complete(&self) -> Result<(), Failure> {
+        if let (Ok(before), Ok(_)) = (fs::metadata(&self.whole), fs::metadata(&self.part)) {
+            fs::set_permissions(&self.part, before.permissions())
+                .map_err(|error| failed(&self.part, error))?;
+        }
         match fs::rename(&self.part, &self.whole) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => self.was_completed(),
-            renamed => renamed.map_err(|error| failed(&self.whole, error)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return self.was_completed(),
+            renamed => renamed.map_err(|error| failed(&self.whole, error))?,
+        }
+        let folder = self
+            .whole
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        taut_io::sync_folder(folder.unwrap_or(Path::new(".")))
+            .map_err(|error| failed(&self.whole, error))
+    }
+
+    /// The part, or else the whole that it became.
+    pub fn present(&self) -> &Path {
+        if self.part.exists() || !self.whole.exists() {
+            &self.part
+        } else {
+            &self.whole
         }
     }
 
@@ -47,7 +69,7 @@ impl Output {
 
 /// The journal beside a result.
 pub fn journal(settings: &MatrixSettings) -> PathBuf {
-    beside(&settings.output, ".journal")
+    beside(&Output::new(&settings.output).whole, ".journal")
 }
 
 /// A name with something behind it.
@@ -57,7 +79,8 @@ pub fn beside(file: &Path, ending: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn outputs(settings: &MatrixSettings) -> Vec<Output> {
+/// All results of a run.
+pub fn outputs(settings: &MatrixSettings) -> Vec<Output> {
     let folder = settings.paths.as_ref().map(|paths| &paths.folder);
     let all = [Some(&settings.output), settings.errors.as_ref(), folder];
     all.into_iter()

@@ -84,13 +84,14 @@ fn all<const D: usize, S: Locate<D>>(
             let pairs = plan.pairs(block);
             let find = |i: usize| {
                 let pair = pairs[i];
-                let (from, to) = (down.of(pair[0]), across.of(pair[1]));
-                let path = geodesics.path_between(from, to, &work.correction);
+                let path = if rows[pair[0]].point == columns[pair[1]].point {
+                    FoundPath::nowhere()
+                } else {
+                    let (from, to) = (down.of(pair[0]), across.of(pair[1]));
+                    located.found(&geodesics.path_between(from, to, &work.correction))
+                };
                 progress.done(1);
-                Entry {
-                    pair,
-                    path: located.found(&path),
-                }
+                Entry { pair, path }
             };
             keep(block, parallel::map(pairs.len(), find))?;
         }
@@ -155,6 +156,10 @@ fn near<const D: usize, S: Locate<D>>(
         let find = |i: usize| {
             let pair = pairs[i];
             let [from, to] = [&rows[pair[0]], &columns[pair[1]]];
+            if from.point == to.point {
+                let path = FoundPath::nowhere();
+                return Some(Entry { pair, path });
+            }
             let path = geodesics.path(from, to, &work.correction);
             let wanted = path.length <= radius || path.length.is_nan();
             wanted.then(|| Entry {

@@ -13,16 +13,18 @@ mod tally;
 use std::io::Write;
 
 use serde::Serialize;
+use taut_io::Unfinished;
 
 use crate::exit::{Exit, Failure};
 use crate::output::{exponential, line, tell};
+use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::settings::{End, MatrixSettings, Source};
 use crate::sites::ends_of_file;
 use crate::surface;
 use fill::Work;
 use journal::{Done, Journal};
-use plan::Plan;
+use plan::{Block, Plan};
 use store::Store;
 use tally::Tally;
 
@@ -39,6 +41,7 @@ struct Facts {
 
 /// Fills the table and writes what was asked for.
 pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failure> {
+    check_files(settings)?;
     progress.step("reading the sources");
     let mut ends = ends_of_file(&settings.sources)?;
     let rows = ends.len();
@@ -73,6 +76,29 @@ pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failu
     Ok(tally.exit())
 }
 
+/// The files that are read and written.
+fn check_files(settings: &MatrixSettings) -> Result<(), Failure> {
+    let folder = settings.paths.as_ref().map(|paths| paths.folder.as_path());
+    let outputs = files::outputs(settings);
+    let journal = files::journal(settings);
+    let mut files = Files::of(&settings.source)
+        .reads("--sources", Some(&settings.sources))
+        .reads("--to", settings.to.as_deref())
+        .writes_any("--output", Some(&settings.output))
+        .writes_any("--errors", settings.errors.as_deref())
+        .writes_any("--paths", folder)
+        .writes_any("the journal of --output", Some(&journal));
+    for output in &outputs {
+        files = files.writes_any("the unfinished part of a result", Some(&output.part));
+    }
+    files.check()?;
+    let single = std::iter::once(&settings.output).chain(&settings.errors);
+    for file in single {
+        taut_io::check_place(file)?;
+    }
+    Ok(())
+}
+
 /// Does what is left of the table, and puts it in its place; answers all blocks.
 fn fill(
     settings: &MatrixSettings,
@@ -85,57 +111,90 @@ fn fill(
         files::clear(settings)?;
     }
     let path = files::journal(settings);
-    let resumed = Journal::resume(&path, &identity)?;
+    let mut journal = Journal::open(&path, &identity)?;
+    // Of a run of which no block is done there is nothing to keep.
+    let mut unfinished = Vec::new();
+    if journal.done.is_empty() {
+        unfinished.push(Unfinished::new(&path));
+        if journal.is_fresh {
+            files::check_fresh(settings)?;
+        }
+        let outputs = files::outputs(settings);
+        unfinished.extend(outputs.iter().map(|output| Unfinished::new(&output.part)));
+    }
     let mut blocks = plan.blocks();
     let count = blocks.len();
-    let mut is_left = vec![true; count];
-    for done in resumed.iter().flat_map(|journal| &journal.done) {
-        match is_left.get_mut(done.block) {
-            Some(left) if *left => *left = false,
-            _ => {
-                return Err(journal::refused(
-                    &path,
-                    &format!("block {} is not left", done.block),
-                ));
-            }
+    let is_done = go_on(settings, plan, &blocks, &mut journal, progress)?;
+    blocks.retain(|block| !is_done[block.index]);
+    if !blocks.is_empty() {
+        let prepared = surface::prepare(&settings.source, ends, progress)?;
+        prepared.check_ends()?;
+        if !journal.done.is_empty() {
+            let found = count - blocks.len();
+            progress.note(&format!("{found} of {count} blocks were done before"));
         }
+        let mut store = Store::open(settings, plan, prepared.dimension(), &journal.done)?;
+        progress.step("pairs");
+        let work = Work {
+            plan,
+            blocks,
+            correction: settings.correction,
+            progress,
+        };
+        prepared.fill(&work, &mut |block, entries| {
+            let done = store.write(block, &entries)?;
+            journal.add(done)?;
+            unfinished.drain(..).for_each(Unfinished::keep);
+            Ok(())
+        })?;
     }
-    blocks.retain(|block| is_left[block.index]);
-    let mut journal = match resumed {
-        Some(journal) if blocks.is_empty() => journal,
-        resumed => {
-            if resumed.is_none() {
-                files::check_fresh(settings)?;
-            }
-            let prepared = surface::prepare(&settings.source, ends, progress)?;
-            prepared.check_ends()?;
-            let mut journal = match resumed {
-                Some(journal) => {
-                    let found = count - blocks.len();
-                    progress.note(&format!("{found} of {count} blocks were done before"));
-                    journal
-                }
-                None => Journal::create(&path, &identity)?,
-            };
-            let mut store = Store::open(settings, plan, prepared.dimension(), &journal.done)?;
-            progress.step("pairs");
-            let work = Work {
-                plan,
-                blocks,
-                correction: settings.correction,
-                progress,
-            };
-            prepared.fill(&work, &mut |block, entries| {
-                let done = store.write(block, &entries)?;
-                journal.add(done)
-            })?;
-            journal
-        }
-    };
+    unfinished.drain(..).for_each(Unfinished::keep);
     store::complete(settings, plan, &journal.done)?;
     let done = std::mem::take(&mut journal.done);
     journal.remove()?;
     Ok(done)
+}
+
+/// Which blocks an earlier run has done, and are still as it left them.
+fn go_on(
+    settings: &MatrixSettings,
+    plan: &Plan,
+    blocks: &[Block],
+    journal: &mut Journal,
+    progress: &Progress,
+) -> Result<Vec<bool>, Failure> {
+    let path = files::journal(settings);
+    let mut is_done = vec![false; blocks.len()];
+    for done in &journal.done {
+        match is_done.get_mut(done.block) {
+            Some(is_done) if !*is_done => *is_done = true,
+            _ => {
+                let reason = format!("block {} is not left", done.block);
+                return Err(journal::refused(&path, &reason));
+            }
+        }
+    }
+    let changed = store::changed(settings, plan, blocks, &journal.done)?;
+    for block in &changed {
+        is_done[*block] = false;
+    }
+    journal.forget(&changed)?;
+    let lines = journal.damaged;
+    if lines > 0 {
+        progress.note(&format!(
+            "{}: {lines} lines are damaged; what they spoke of is found again",
+            path.display()
+        ));
+    }
+    if !changed.is_empty() {
+        progress.note(&format!(
+            "{}: {} of {} blocks are not as they were written; they are found again",
+            settings.output.display(),
+            changed.len(),
+            blocks.len()
+        ));
+    }
+    Ok(is_done)
 }
 
 fn name_of(source: &Source) -> String {

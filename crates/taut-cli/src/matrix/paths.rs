@@ -1,10 +1,12 @@
 //! The paths of a table: two files a block.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use taut_io::{Polyline, write_polylines};
+use taut_io::{Polyline, write_polylines, write_whole};
 
 use crate::exit::Failure;
 use crate::matrix::files::failed;
@@ -19,9 +21,9 @@ pub struct PathFiles {
 }
 
 impl PathFiles {
-    /// Opens the folder of a run, which exists unless the run is fresh, and takes away what was cut off.
-    pub fn open(folder: &Path, format: &str, fresh: bool) -> Result<Self, Failure> {
-        if fresh {
+    /// Opens the folder of a run of which some blocks are done, and takes away all files but theirs.
+    pub fn open(folder: &Path, format: &str, done: &[&Block]) -> Result<Self, Failure> {
+        if done.is_empty() {
             fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
         } else if !folder.is_dir() {
             return Err(refused(
@@ -29,33 +31,61 @@ impl PathFiles {
                 "it is missing, though the journal says that blocks are done",
             ));
         }
+        let files = Self::of(folder, format);
+        let kept: HashSet<PathBuf> = done.iter().flat_map(|block| files.names(block)).collect();
         let entries = fs::read_dir(folder).map_err(|error| failed(folder, error))?;
         for entry in entries {
             let path = entry.map_err(|error| failed(folder, error))?.path();
-            let name = path.file_name().unwrap_or_default();
-            if !name.to_string_lossy().starts_with(PREFIX) {
+            if !kept.contains(&path) {
                 fs::remove_file(&path).map_err(|error| failed(&path, error))?;
             }
         }
-        Ok(Self {
+        Ok(files)
+    }
+
+    /// A folder as it is.
+    pub fn of(folder: &Path, format: &str) -> Self {
+        Self {
             folder: folder.to_path_buf(),
             format: format.to_owned(),
+        }
+    }
+
+    /// The files of a block: its paths, and their pairs.
+    fn names(&self, block: &Block) -> [PathBuf; 2] {
+        let (row, column) = (block.rows.start, block.columns.start);
+        [&*self.format, "pairs.txt"].map(|ending| {
+            self.folder
+                .join(format!("block-{row:06}-{column:06}.{ending}"))
         })
     }
 
-    /// Writes the paths of a block, and which pair each belongs to.
+    /// The check sum of a block's files, 0 where there are none.
+    pub fn sum(&self, block: &Block) -> io::Result<u32> {
+        let mut sum = crc32fast::Hasher::new();
+        for name in self.names(block) {
+            match fs::read(&name) {
+                Ok(bytes) => sum.update(&bytes),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(sum.finalize())
+    }
+
+    /// Writes the paths of a block, and which pair each belongs to; their check sum.
     pub fn write(
         &mut self,
         block: &Block,
         dimension: usize,
         entries: &[Entry],
-    ) -> Result<(), Failure> {
+    ) -> Result<u32, Failure> {
         let found: Vec<&Entry> = entries
             .iter()
             .filter(|entry| entry.path.nodes() > 0)
             .collect();
         if found.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         let polylines: Vec<Polyline<'_>> = found
             .iter()
@@ -67,20 +97,14 @@ impl PathFiles {
                 level: None,
             })
             .collect();
-        let (row, column) = (block.rows.start, block.columns.start);
-        let name = |ending: &str| {
-            self.folder
-                .join(format!("{PREFIX}{row:06}-{column:06}.{ending}"))
-        };
-        write_polylines(&name(&self.format), &polylines)?;
+        let [paths, pairs] = self.names(block);
+        write_polylines(&paths, &polylines)?;
         let mut text = String::from("# row column\n");
         for Entry { pair: [i, j], .. } in found {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{i} {j}");
         }
-        let pairs = name("pairs.txt");
-        fs::write(&pairs, text).map_err(|error| failed(&pairs, error))
+        write_whole(&pairs, |out| out.write_all(text.as_bytes()))?;
+        self.sum(block).map_err(|error| failed(&paths, error))
     }
 }
-
-const PREFIX: &str = "block-";

@@ -1,15 +1,15 @@
 //! Tables within a radius: entries as they are found, then compressed rows.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use taut_io::{SparseRows, write_sparse};
 
 use crate::exit::Failure;
-use crate::matrix::files::{Output, beside, failed};
+use crate::matrix::files::{Output, failed};
 use crate::matrix::fill::Entry;
-use crate::matrix::journal::refused;
+use crate::matrix::journal::{Done, refused};
 use crate::matrix::plan::Plan;
 use crate::matrix::tally;
 
@@ -48,8 +48,8 @@ impl Triplets {
         })
     }
 
-    /// Writes entries to the disk; the length of the file then.
-    pub fn append(&mut self, entries: &[Entry]) -> Result<u64, Failure> {
+    /// Writes entries to the disk; where they begin and end, and their check sum.
+    pub fn append(&mut self, entries: &[Entry]) -> Result<(u64, u64, u32), Failure> {
         let mut bytes = Vec::with_capacity(ENTRY * entries.len());
         for Entry { pair: [i, j], path } in entries {
             bytes.extend((*i as u64).to_le_bytes());
@@ -60,8 +60,9 @@ impl Triplets {
         let written = self.file.write_all(&bytes);
         let written = written.and_then(|()| self.file.sync_data());
         written.map_err(|error| failed(&self.path, error))?;
+        let start = self.end;
         self.end += bytes.len() as u64;
-        Ok(self.end)
+        Ok((start, self.end, crc32fast::hash(&bytes)))
     }
 }
 
@@ -70,10 +71,10 @@ pub fn complete(
     plan: &Plan,
     output: &Output,
     errors: Option<&Output>,
-    end: u64,
+    done: &[Done],
 ) -> Result<(), Failure> {
     let part = &output.part;
-    let mut entries = match read(part, end) {
+    let mut entries = match read(part, done) {
         Ok(entries) => entries,
         // It goes last of all.
         Err(error) if error.kind() == io::ErrorKind::NotFound => return output.was_completed(),
@@ -102,28 +103,30 @@ pub fn complete(
             columns: &columns,
             values: &values,
         };
-        write(whole, &matrix).map_err(|error| failed(whole, error))?;
+        write_sparse(whole, &matrix)?;
     }
     fs::remove_file(part).map_err(|error| failed(part, error))
 }
 
-fn write(file: &Path, matrix: &SparseRows<'_>) -> io::Result<()> {
-    let unfinished = beside(file, ".new");
-    let mut out = BufWriter::new(File::create(&unfinished)?);
-    write_sparse(&mut out, matrix)?;
-    out.into_inner()
-        .map_err(io::IntoInnerError::into_error)?
-        .sync_data()?;
-    fs::rename(&unfinished, file)
+/// The entries of a block, which must be there.
+pub fn of_block(file: &mut File, done: &Done) -> io::Result<Vec<u8>> {
+    let size = done.end.saturating_sub(done.start);
+    let mut bytes = Vec::new();
+    file.seek(SeekFrom::Start(done.start))?;
+    file.take(size).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == size {
+        return Ok(bytes);
+    }
+    Err(io::ErrorKind::UnexpectedEof.into())
 }
 
 type Found = (u64, u64, [f64; 2]);
 
-fn read(part: &Path, end: u64) -> io::Result<Vec<Found>> {
+fn read(part: &Path, done: &[Done]) -> io::Result<Vec<Found>> {
+    let mut file = File::open(part)?;
     let mut bytes = Vec::new();
-    File::open(part)?.take(end).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 != end {
-        return Err(io::ErrorKind::UnexpectedEof.into());
+    for done in done {
+        bytes.extend(of_block(&mut file, done)?);
     }
     let eight = |entry: &[u8], at: usize| {
         let mut eight = [0; 8];

@@ -1,6 +1,7 @@
 //! Where a table is written, block by block.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use taut_io::MatrixFile;
@@ -9,7 +10,7 @@ use crate::answer::FoundPath;
 use crate::exit::Failure;
 use crate::matrix::files::{Output, failed};
 use crate::matrix::fill::Entry;
-use crate::matrix::journal::{Done, refused};
+use crate::matrix::journal::{Done, Sums, refused};
 use crate::matrix::paths::PathFiles;
 use crate::matrix::plan::{Block, Plan};
 use crate::matrix::sparse::{self, Triplets};
@@ -50,7 +51,7 @@ impl<'a> Store<'a> {
     ) -> Result<Self, Failure> {
         let part = |whole: &Path| Output::new(whole).part;
         let table = if plan.radius.is_some() {
-            let end = done.last().map_or(0, |done| done.end);
+            let end = done.iter().map(|done| done.end).max().unwrap_or(0);
             Table::Sparse(Triplets::open(&part(&settings.output), end)?)
         } else {
             let dense = |whole: &Path| Dense::open(part(whole), plan.shape(), done.is_empty());
@@ -59,9 +60,11 @@ impl<'a> Store<'a> {
                 errors: settings.errors.as_deref().map(dense).transpose()?,
             }
         };
+        let blocks = plan.blocks();
+        let done_blocks: Vec<&Block> = done.iter().map(|done| &blocks[done.block]).collect();
         let paths = settings.paths.as_ref().map(|paths| {
             let folder = part(&paths.folder);
-            PathFiles::open(&folder, &paths.format, done.is_empty())
+            PathFiles::open(&folder, &paths.format, &done_blocks)
         });
         Ok(Self {
             plan,
@@ -73,18 +76,23 @@ impl<'a> Store<'a> {
 
     /// Writes a block to the disk.
     pub fn write(&mut self, block: &Block, entries: &[Entry]) -> Result<Done, Failure> {
+        let mut sums = Sums::default();
         if let Some(paths) = &mut self.paths {
-            paths.write(block, self.dimension, entries)?;
+            sums.paths_sum = paths.write(block, self.dimension, entries)?;
         }
-        let end = match &mut self.table {
+        let (start, end) = match &mut self.table {
             Table::Dense { lengths, errors } => {
-                lengths.write(self.plan, block, entries, tally::length)?;
+                sums.lengths_sum = lengths.write(self.plan, block, entries, tally::length)?;
                 if let Some(errors) = errors {
-                    errors.write(self.plan, block, entries, tally::error)?;
+                    sums.errors_sum = errors.write(self.plan, block, entries, tally::error)?;
                 }
-                0
+                (0, 0)
             }
-            Table::Sparse(triplets) => triplets.append(entries)?,
+            Table::Sparse(triplets) => {
+                let (start, end, sum) = triplets.append(entries)?;
+                sums.lengths_sum = sum;
+                (start, end)
+            }
         };
         let mut tally = Tally::default();
         for entry in entries {
@@ -92,7 +100,9 @@ impl<'a> Store<'a> {
         }
         Ok(Done {
             block: block.index,
+            start,
             end,
+            sums,
             tally,
         })
     }
@@ -108,15 +118,16 @@ impl Dense {
         Ok(Self { path, matrix })
     }
 
+    /// Writes a block to the disk; its check sum.
     fn write(
         &mut self,
         plan: &Plan,
         block: &Block,
         entries: &[Entry],
         value: fn(&FoundPath) -> f64,
-    ) -> Result<(), Failure> {
+    ) -> Result<u32, Failure> {
         let (rows, columns) = (&block.rows, &block.columns);
-        let is_mirrored = plan.is_symmetric() && rows != columns;
+        let is_mirrored = is_mirrored(plan, block);
         let mut values = vec![0.0; rows.len() * columns.len()];
         for Entry { pair: [i, j], path } in entries {
             let value = value(path);
@@ -125,19 +136,135 @@ impl Dense {
                 values[(j - rows.start) * columns.len() + i - columns.start] = value;
             }
         }
-        let mut write = || -> std::io::Result<()> {
-            for (i, row) in rows.clone().zip(values.chunks(columns.len())) {
-                self.matrix.write(i, columns.start, row)?;
-            }
-            for (at, j) in columns.clone().enumerate().filter(|_| is_mirrored) {
-                let column = values.iter().skip(at).step_by(columns.len());
-                let column: Vec<f64> = column.copied().collect();
-                self.matrix.write(j, rows.start, &column)?;
+        let mut sum = crc32fast::Hasher::new();
+        let mut write = || -> io::Result<()> {
+            let of_row =
+                |row: usize| &values[(row - rows.start) * columns.len()..][..columns.len()];
+            let mut column = Vec::new();
+            for area in areas(plan, block) {
+                let values = match area.mirrored {
+                    None => of_row(area.row),
+                    Some(at) => {
+                        column.clear();
+                        column.extend(values.iter().skip(at).step_by(columns.len()));
+                        &column
+                    }
+                };
+                self.matrix.write(area.row, area.column, values)?;
+                add(&mut sum, values);
             }
             self.matrix.sync()
         };
-        write().map_err(|error| failed(&self.path, error))
+        write().map_err(|error| failed(&self.path, error))?;
+        Ok(sum.finalize())
     }
+
+    /// The check sum of a block as it stands in the file.
+    fn sum(&mut self, plan: &Plan, block: &Block) -> Result<u32, Failure> {
+        let mut sum = crc32fast::Hasher::new();
+        for area in areas(plan, block) {
+            let values = self.matrix.read(area.row, area.column, area.length);
+            let values = values.map_err(|error| failed(&self.path, error))?;
+            add(&mut sum, &values);
+        }
+        Ok(sum.finalize())
+    }
+}
+
+fn add(sum: &mut crc32fast::Hasher, values: &[f64]) {
+    for value in values {
+        sum.update(&value.to_le_bytes());
+    }
+}
+
+/// Whether a block stands in a symmetric table twice.
+fn is_mirrored(plan: &Plan, block: &Block) -> bool {
+    plan.is_symmetric() && block.rows != block.columns
+}
+
+/// A part of a row of the table.
+struct Area {
+    row: usize,
+    column: usize,
+    length: usize,
+    /// The column of the block that stands in this row.
+    mirrored: Option<usize>,
+}
+
+/// Where a block stands in the table.
+fn areas(plan: &Plan, block: &Block) -> Vec<Area> {
+    let (rows, columns) = (&block.rows, &block.columns);
+    let row = |row| Area {
+        row,
+        column: columns.start,
+        length: columns.len(),
+        mirrored: None,
+    };
+    let mirrored = |(at, row)| Area {
+        row,
+        column: rows.start,
+        length: rows.len(),
+        mirrored: Some(at),
+    };
+    let mut areas: Vec<Area> = rows.clone().map(row).collect();
+    if is_mirrored(plan, block) {
+        areas.extend(columns.clone().enumerate().map(mirrored));
+    }
+    areas
+}
+
+/// The blocks of an earlier run whose values are not what it wrote.
+pub fn changed(
+    settings: &MatrixSettings,
+    plan: &Plan,
+    blocks: &[Block],
+    done: &[Done],
+) -> Result<Vec<usize>, Failure> {
+    if done.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut now = vec![Sums::default(); done.len()];
+    let output = Output::new(&settings.output);
+    if plan.radius.is_some() {
+        // Once the part is made into compressed rows these have sums of their own.
+        let mut file = match File::open(&output.part) {
+            Ok(file) => Some(file),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(failed(&output.part, error)),
+        };
+        for (now, done) in now.iter_mut().zip(done) {
+            now.lengths_sum = match &mut file {
+                None => done.sums.lengths_sum,
+                // What cannot be read is not what was written.
+                Some(file) => sparse::of_block(file, done)
+                    .map_or(!done.sums.lengths_sum, |bytes| crc32fast::hash(&bytes)),
+            };
+        }
+    } else {
+        let mut sum_of = |whole: &Path, place: fn(&mut Sums) -> &mut u32| {
+            let output = Output::new(whole);
+            let mut dense = Dense::open(output.present().to_path_buf(), plan.shape(), false)?;
+            for (now, done) in now.iter_mut().zip(done) {
+                *place(now) = dense.sum(plan, &blocks[done.block])?;
+            }
+            Ok::<(), Failure>(())
+        };
+        sum_of(&settings.output, |sums| &mut sums.lengths_sum)?;
+        if let Some(errors) = &settings.errors {
+            sum_of(errors, |sums| &mut sums.errors_sum)?;
+        }
+    }
+    if let Some(paths) = &settings.paths {
+        let folder = Output::new(&paths.folder);
+        let files = PathFiles::of(folder.present(), &paths.format);
+        for (now, done) in now.iter_mut().zip(done) {
+            let sum = files.sum(&blocks[done.block]);
+            now.paths_sum = sum.map_err(|error| failed(folder.present(), error))?;
+        }
+    }
+    let pairs = done.iter().zip(&now);
+    let changed = pairs.filter(|(done, now)| done.sums != **now);
+    Ok(changed.map(|(done, _)| done.block).collect())
 }
 
 /// Puts the complete results in their places.
@@ -145,8 +272,7 @@ pub fn complete(settings: &MatrixSettings, plan: &Plan, done: &[Done]) -> Result
     let output = Output::new(&settings.output);
     let errors = settings.errors.as_deref().map(Output::new);
     if plan.radius.is_some() {
-        let end = done.last().map_or(0, |done| done.end);
-        sparse::complete(plan, &output, errors.as_ref(), end)?;
+        sparse::complete(plan, &output, errors.as_ref(), done)?;
     } else {
         output.complete()?;
         if let Some(errors) = errors {

@@ -1,6 +1,5 @@
 //! What `taut field` was asked to do, checked.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use taut::field;
@@ -94,7 +93,7 @@ impl TryFrom<FieldFlags> for FieldSettings {
                 tolerance: flags.tolerance,
                 max_distance: flags.max_distance.unwrap_or(f64::INFINITY),
             },
-            nearest: flags.nearest.map(NonZeroUsize::get),
+            nearest: flags.nearest,
             isolines: flags.isolines.map(|file| IsolineSettings {
                 file,
                 levels: flags.levels,

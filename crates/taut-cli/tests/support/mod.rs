@@ -1,6 +1,8 @@
 //! Runs the command and makes clouds whose distances are known.
 #![allow(dead_code)]
 
+pub mod case;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -1,7 +1,7 @@
 //! One file per format; what the bytes are and what they mean are kept apart inside each.
 
 mod e57;
-mod las;
+pub(crate) mod las;
 mod npy;
 mod obj;
 mod off;
@@ -30,7 +30,8 @@ use crate::point_set::{PointSet, ReadOptions};
 /// memory is asked for than the file's length justifies.
 ///
 /// # Complexity
-/// Linear in the file's length. LAS, LAZ and E57 are read through a small buffer, the others from one copy of the file.
+/// Linear in the file's length. LAS, LAZ, E57, OBJ, OFF and tables are read through a small buffer, the others from one
+/// copy of the file. A line of text has at most 2^20 bytes.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<PointSet, ReadError> {
     let format = options
         .format
@@ -70,11 +71,11 @@ fn read_as(format: Format, path: &Path, options: &ReadOptions) -> Result<PointSe
     }
     match format {
         Format::Ply => ply::read(&whole(file)?, column),
-        Format::Obj => obj::read(&whole(file)?),
-        Format::Off => off::read(&whole(file)?),
+        Format::Obj => obj::read(BufReader::new(file)),
+        Format::Off => off::read(BufReader::new(file)),
         Format::Stl => stl::read(whole(file)?),
-        Format::Xyz => table::read(&whole(file)?, table::Style::Positions, column),
-        Format::Csv => table::read(&whole(file)?, table::Style::Columns, column),
+        Format::Xyz => table::read(BufReader::new(file), table::Style::Positions, column),
+        Format::Csv => table::read(BufReader::new(file), table::Style::Columns, column),
         Format::Pcd => pcd::read(&whole(file)?),
         Format::Las => las::read(BufReader::new(file), length, options),
         Format::E57 => e57::read(BufReader::new(file), length),

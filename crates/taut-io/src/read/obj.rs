@@ -1,8 +1,10 @@
 //! Wavefront OBJ: the `v` lines, and the `vn` lines where there is one for each vertex in the same order.
 
+use std::io::BufRead;
+
 use crate::error::Fault;
 use crate::point_set::PointSet;
-use crate::text::{as_text, content_lines, next_number};
+use crate::text::{Lines, next_number};
 
 #[derive(Default)]
 struct Raw {
@@ -13,8 +15,8 @@ struct Raw {
     normals_shuffled: bool,
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<PointSet, Fault> {
-    let raw = Raw::parse(as_text(bytes)?)?;
+pub(super) fn read(source: impl BufRead) -> Result<PointSet, Fault> {
+    let raw = Raw::parse(source)?;
     let paired =
         !raw.normals.is_empty() && raw.normals.len() == raw.vertices.len() && !raw.normals_shuffled;
     let unpaired = if paired { 0 } else { raw.normals.len() / 3 };
@@ -25,9 +27,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<PointSet, Fault> {
 }
 
 impl Raw {
-    fn parse(text: &str) -> Result<Self, Fault> {
+    fn parse(source: impl BufRead) -> Result<Self, Fault> {
         let mut raw = Self::default();
-        for (line, row) in content_lines(text) {
+        let mut lines = Lines::new(source);
+        while let Some((line, row)) = lines.next()? {
             let mut fields = row.split_ascii_whitespace();
             match fields.next() {
                 Some("v") => {
@@ -48,6 +51,9 @@ impl Raw {
                 }
                 _ => {}
             }
+        }
+        if lines.read() == 0 {
+            return Err(Fault::Empty);
         }
         Ok(raw)
     }
@@ -76,6 +82,6 @@ mod tests {
 
     #[test]
     fn short_vertex_is_refused() {
-        assert!(read(b"v 0 0\n").is_err());
+        assert!(read(&b"v 0 0\n"[..]).is_err());
     }
 }

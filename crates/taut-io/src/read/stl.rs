@@ -8,7 +8,7 @@ use std::io::Cursor;
 
 use crate::error::{Fault, quoted};
 use crate::point_set::PointSet;
-use crate::text::{as_text, content_lines, next_number};
+use crate::text::{Lines, next_number};
 
 const HEADER: usize = 80;
 const BODY: usize = HEADER + 4;
@@ -73,9 +73,11 @@ fn read_binary(mut bytes: Vec<u8>, weld: &mut Weld) -> Result<usize, Fault> {
 
 fn read_text(bytes: &[u8], weld: &mut Weld) -> Result<usize, Fault> {
     const EXPECTED: &str = "3 coordinates after vertex";
-    let text = as_text(bytes)?;
+    let mut lines = Lines::new(bytes);
     let mut corners = 0;
-    for (line, row) in content_lines(text) {
+    let mut is_ended = false;
+    while let Some((line, row)) = lines.next()? {
+        is_ended |= row.starts_with("endsolid");
         let mut fields = row.split_ascii_whitespace();
         match fields.next() {
             Some("vertex") => {
@@ -94,9 +96,9 @@ fn read_text(bytes: &[u8], weld: &mut Weld) -> Result<usize, Fault> {
             }
         }
     }
-    if corners % 3 != 0 || !text.contains("endsolid") {
+    if corners % 3 != 0 || !is_ended {
         return Err(Fault::line(
-            text.lines().count(),
+            lines.read(),
             format!("the end of the file after {corners} corners"),
             "three corners a triangle and endsolid at the end",
             "the file is cut off: export it again",

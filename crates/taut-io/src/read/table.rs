@@ -5,9 +5,11 @@
 //! other columns are ignored, be they numbers or not. Without such names every column is a coordinate, but for XYZ and
 //! TXT with six columns, whose last three are normals where they are unit vectors and are ignored where not.
 
+use std::io::BufRead;
+
 use crate::error::{Fault, quoted};
 use crate::point_set::PointSet;
-use crate::text::{Separator, as_text, content_lines, number};
+use crate::text::{Lines, Separator, number};
 
 /// How rows without names are understood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,19 +38,25 @@ struct Layout {
     guessed: bool,
 }
 
-pub(super) fn read(bytes: &[u8], style: Style, column: Option<&str>) -> Result<PointSet, Fault> {
-    let text = as_text(bytes)?;
-    let mut lines = content_lines(text).peekable();
-    let Some((first_line, first)) = lines.peek().copied() else {
-        return Ok(PointSet::default());
+pub(super) fn read(
+    source: impl BufRead,
+    style: Style,
+    column: Option<&str>,
+) -> Result<PointSet, Fault> {
+    let mut lines = Lines::new(source);
+    let first = lines.next()?.map(|(line, row)| (line, row.to_owned()));
+    let Some((first_line, first)) = first else {
+        return match lines.read() {
+            0 => Err(Fault::Empty),
+            _ => Ok(PointSet::default()),
+        };
     };
-    let separator = Separator::of(first);
-    let fields: Vec<&str> = separator.fields(first).collect();
+    let separator = Separator::of(&first);
+    let fields: Vec<&str> = separator.fields(&first).collect();
     let is_name =
         |field: &&str| field.starts_with(char::is_alphabetic) && field.parse::<f64>().is_err();
     let is_header = fields.iter().all(is_name);
     let layout = if is_header {
-        lines.next();
         Layout::of_names(&fields, column)
     } else {
         Layout::of_count(fields.len(), style)
@@ -61,37 +69,60 @@ pub(super) fn read(bytes: &[u8], style: Style, column: Option<&str>) -> Result<P
     if layout.dimension < 2 {
         return Err(Fault::line(
             first_line,
-            quoted(first),
+            quoted(&first),
             "at least 2 columns of coordinates",
             "put the coordinates of a point on one line, separated by white space or commas",
         ));
     }
-    let mut points = read_rows(lines, separator, &layout, first_line)?;
+    let mut rows = Rows::new(&layout, separator, first_line);
+    if !is_header {
+        rows.add(first_line, &first)?;
+    }
+    while let Some((line, row)) = lines.next()? {
+        rows.add(line, row)?;
+    }
+    let mut points = rows.points();
     layout.settle_guess(&mut points);
     Ok(points)
 }
 
-fn read_rows<'a>(
-    lines: impl Iterator<Item = (usize, &'a str)>,
+/// Rows as they come.
+struct Rows<'a> {
+    layout: &'a Layout,
     separator: Separator,
-    layout: &Layout,
     first_line: usize,
-) -> Result<PointSet, Fault> {
-    let mut coordinates = Vec::new();
-    let mut normals = Vec::new();
-    let mut column = Vec::new();
-    let mut position = vec![0.0; layout.dimension];
-    let mut normal = vec![0.0; layout.dimension];
-    for (line, row) in lines {
+    coordinates: Vec<f64>,
+    normals: Vec<f64>,
+    column: Vec<f64>,
+    position: Vec<f64>,
+    normal: Vec<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(layout: &'a Layout, separator: Separator, first_line: usize) -> Self {
+        Self {
+            layout,
+            separator,
+            first_line,
+            coordinates: Vec::new(),
+            normals: Vec::new(),
+            column: Vec::new(),
+            position: vec![0.0; layout.dimension],
+            normal: vec![0.0; layout.dimension],
+        }
+    }
+
+    fn add(&mut self, line: usize, row: &str) -> Result<(), Fault> {
+        let layout = self.layout;
         let mut columns = 0;
-        for field in separator.fields(row) {
+        for field in self.separator.fields(row) {
             match layout.roles.get(columns) {
-                Some(Role::Coordinate(axis)) => position[*axis] = number(field, line)?,
-                Some(Role::Normal(axis)) => normal[*axis] = number(field, line)?,
+                Some(Role::Coordinate(axis)) => self.position[*axis] = number(field, line)?,
+                Some(Role::Normal(axis)) => self.normal[*axis] = number(field, line)?,
                 Some(Role::Ignored) | None => {}
             }
             if Some(columns) == layout.column {
-                column.push(number(field, line)?);
+                self.column.push(number(field, line)?);
             }
             columns += 1;
         }
@@ -99,22 +130,27 @@ fn read_rows<'a>(
             return Err(Fault::line(
                 line,
                 format!("{columns} columns"),
-                format!("{} as in line {first_line}", layout.roles.len()),
+                format!("{} as in line {}", layout.roles.len(), self.first_line),
                 "complete or remove the line",
             ));
         }
-        coordinates.extend_from_slice(&position);
+        self.coordinates.extend_from_slice(&self.position);
         if layout.has_normals {
-            normals.extend_from_slice(&normal);
+            self.normals.extend_from_slice(&self.normal);
+        }
+        Ok(())
+    }
+
+    fn points(self) -> PointSet {
+        let layout = self.layout;
+        PointSet {
+            dimension: layout.dimension,
+            coordinates: self.coordinates,
+            normals: layout.has_normals.then_some(self.normals),
+            column: layout.column.map(|_| self.column),
+            ..PointSet::default()
         }
     }
-    Ok(PointSet {
-        dimension: layout.dimension,
-        coordinates,
-        normals: layout.has_normals.then_some(normals),
-        column: layout.column.map(|_| column),
-        ..PointSet::default()
-    })
 }
 
 impl Layout {
@@ -228,7 +264,7 @@ mod tests {
 
     #[test]
     fn decimal_commas_are_refused() {
-        let fault = read(b"1,5;2,5;3,5\n", Style::Positions, None).unwrap_err();
+        let fault = read(&b"1,5;2,5;3,5\n"[..], Style::Positions, None).unwrap_err();
         assert!(matches!(fault, Fault::Malformed { .. }));
     }
 }

@@ -83,18 +83,38 @@ impl MatrixFile {
     /// # Panics
     /// Where they reach beyond the row or the row beyond the matrix.
     pub fn write(&mut self, row: usize, column: usize, values: &[f64]) -> io::Result<()> {
-        let [rows, columns] = self.shape;
-        assert!(
-            row < rows && column + values.len() <= columns,
-            "inside the matrix"
-        );
-        let place = self.header.len() + 8 * (row * columns + column);
-        self.file.seek(SeekFrom::Start(place as u64))?;
+        self.seek(row, column, values.len())?;
         let bytes: Vec<u8> = values
             .iter()
             .flat_map(|value| value.to_le_bytes())
             .collect();
         self.file.write_all(&bytes)
+    }
+
+    /// Reads numbers of a row from a column on.
+    ///
+    /// # Errors
+    /// What the system says.
+    ///
+    /// # Panics
+    /// Where they reach beyond the row or the row beyond the matrix.
+    pub fn read(&mut self, row: usize, column: usize, count: usize) -> io::Result<Vec<f64>> {
+        self.seek(row, column, count)?;
+        let mut bytes = vec![0; 8 * count];
+        self.file.read_exact(&mut bytes)?;
+        let (numbers, _) = bytes.as_chunks::<8>();
+        Ok(numbers
+            .iter()
+            .map(|bytes| f64::from_le_bytes(*bytes))
+            .collect())
+    }
+
+    fn seek(&mut self, row: usize, column: usize, count: usize) -> io::Result<()> {
+        let [rows, columns] = self.shape;
+        assert!(row < rows && column + count <= columns, "inside the matrix");
+        let place = self.header.len() + 8 * (row * columns + column);
+        self.file.seek(SeekFrom::Start(place as u64))?;
+        Ok(())
     }
 
     /// Waits until what was written is on the disk.

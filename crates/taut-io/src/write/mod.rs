@@ -1,6 +1,6 @@
 //! Writers of paths and points, one file per format.
 
-pub(crate) mod atomic;
+mod atomic;
 mod csv;
 mod json;
 mod las;
@@ -9,12 +9,15 @@ mod npy;
 mod npz;
 mod obj;
 mod ply;
+mod unfinished;
 mod vtk;
 mod vtp;
 mod xyz;
 
+pub use atomic::{check_place, sync_folder, target_of, write_whole};
 pub use matrix::MatrixFile;
 pub use npz::{SparseRows, write_sparse};
+pub use unfinished::{Unfinished, discard_unfinished};
 
 use std::ffi::OsStr;
 use std::io::{self, Write};
@@ -148,6 +151,10 @@ const TABLE_WRITERS: [(&str, bool, PointWriter); 4] = [
     ("vtp", false, vtp::write_points),
 ];
 
+const PATH_FORMATS: &str = "ply, obj, csv, json, vtk, vtp, npy";
+const POINT_FORMATS: &str = "ply, xyz, csv, npy, obj";
+const TABLE_FORMATS: &str = "npy, csv, ply, vtp, las, laz";
+
 fn writer_of<T: Copy>(
     path: &Path,
     writers: &'static [(&'static str, bool, T)],
@@ -198,19 +205,14 @@ pub fn write_polylines(path: &Path, paths: &[Polyline<'_>]) -> Result<(), WriteE
     for (index, polyline) in paths.iter().enumerate() {
         check_shape(path, index, dimension, polyline)?;
     }
-    let (extension, writer) = writer_of(
-        path,
-        &PATH_WRITERS,
-        "ply, obj, csv, json, vtk, vtp, npy",
-        dimension,
-    )?;
+    let (extension, writer) = writer_of(path, &PATH_WRITERS, PATH_FORMATS, dimension)?;
     if extension == "npy" && paths.len() != 1 {
         return Err(WriteError::OnePathOnly {
             file: path.to_path_buf(),
             count: paths.len(),
         });
     }
-    atomic::write(path, |file| writer(file, paths))
+    write_whole(path, |file| writer(file, paths))
 }
 
 /// Writes points, with normals where given, as ply, xyz, csv, npy (no normals) or obj by extension.
@@ -233,8 +235,8 @@ pub fn write_points(
         colours: None,
     };
     check_table(path, &points)?;
-    let (_, writer) = writer_of(path, &POINT_WRITERS, "ply, xyz, csv, npy, obj", dimension)?;
-    atomic::write(path, |file| writer(file, &points))
+    let (_, writer) = writer_of(path, &POINT_WRITERS, POINT_FORMATS, dimension)?;
+    write_whole(path, |file| writer(file, &points))
 }
 
 /// Writes points with named numbers in the format that the extension names.
@@ -262,9 +264,49 @@ pub fn write_table(
     if Format::from_path(path) == Some(Format::Las) {
         return las::write_beside(path, points.columns, original, rows);
     }
-    let known = "npy, csv, ply, vtp, las, laz";
-    let (_, writer) = writer_of(path, &TABLE_WRITERS, known, points.dimension)?;
-    atomic::write(path, |file| writer(file, points))
+    let (_, writer) = writer_of(path, &TABLE_WRITERS, TABLE_FORMATS, points.dimension)?;
+    write_whole(path, |file| writer(file, points))
+}
+
+/// What a file is to hold.
+#[derive(Debug, Clone, Copy)]
+pub enum Content<'a> {
+    /// What [`write_polylines`] writes.
+    Paths,
+    /// What [`write_points`] writes.
+    Points,
+    /// What [`write_table`] writes, with so many columns.
+    Table {
+        /// The file that the points come from.
+        original: Option<&'a Path>,
+        /// Number of columns.
+        columns: usize,
+    },
+}
+
+/// Says before there is anything to write whether it could be written, as far as that can be known then: the format,
+/// the folder, points of `dimension` where it is known, and for las and laz the file that records are copied from.
+///
+/// # Errors
+/// As of the function that writes.
+pub fn check_output(
+    path: &Path,
+    content: Content<'_>,
+    dimension: Option<usize>,
+) -> Result<(), WriteError> {
+    let any = dimension.unwrap_or(3);
+    match content {
+        Content::Paths => writer_of(path, &PATH_WRITERS, PATH_FORMATS, any).map(|_| ())?,
+        Content::Points => writer_of(path, &POINT_WRITERS, POINT_FORMATS, any).map(|_| ())?,
+        Content::Table { original, columns } => {
+            if Format::from_path(path) == Some(Format::Las) {
+                las::check(path, original, columns)?;
+            } else {
+                writer_of(path, &TABLE_WRITERS, TABLE_FORMATS, any)?;
+            }
+        }
+    }
+    check_place(path)
 }
 
 fn check_table(path: &Path, points: &PointTable<'_>) -> Result<(), WriteError> {

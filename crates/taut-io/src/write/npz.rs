@@ -1,11 +1,14 @@
 //! NPZ: arrays in a ZIP archive, stored as they are. Sparse matrices as SciPy's `save_npz` writes them.
 
 use std::io::{self, Seek, Write};
+use std::path::Path;
 
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
+use super::atomic;
 use super::npy::{header, write_values};
+use crate::error::WriteError;
 
 /// A sparse matrix in compressed rows.
 #[derive(Debug, Clone, Copy)]
@@ -21,11 +24,19 @@ pub struct SparseRows<'a> {
 }
 
 /// Writes a sparse matrix for `scipy.sparse.load_npz`: the arrays `indices`, `indptr`, `format` (`csr`), `shape` and
-/// `data`. The same matrix gives the same bytes.
+/// `data`. The same matrix gives the same bytes. The file appears only when it is complete, as with
+/// [`write_whole`](crate::write_whole).
 ///
 /// # Errors
-/// What the system says.
-pub fn write_sparse(out: impl Write + Seek, matrix: &SparseRows<'_>) -> io::Result<()> {
+/// [`WriteError::Io`] with what the system says.
+pub fn write_sparse(path: &Path, matrix: &SparseRows<'_>) -> Result<(), WriteError> {
+    atomic::replace(path, |file| write_archive(file, matrix)).map_err(|source| WriteError::Io {
+        file: path.to_path_buf(),
+        source,
+    })
+}
+
+fn write_archive(out: impl Write + Seek, matrix: &SparseRows<'_>) -> io::Result<()> {
     let mut archive = ZipWriter::new(out);
     let mut array = |name: &str, header: &[u8], fill: &dyn Fn(&mut dyn Write) -> io::Result<()>| {
         let options = SimpleFileOptions::default()

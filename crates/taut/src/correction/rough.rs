@@ -13,6 +13,10 @@ impl<const D: usize, S: Surface<D>> Surface<D> for Rough<'_, S> {
         self.0.intrinsic_dimension()
     }
 
+    fn origin(&self) -> Vector<D> {
+        self.0.origin()
+    }
+
     fn foot(
         &self,
         x: &Vector<D>,

@@ -6,7 +6,7 @@ use crate::field::manifold::ray::{Knot, follow};
 use crate::field::ray::Limits;
 use crate::field::{Fields, Settings};
 use crate::guess::Guide;
-use crate::surface::{Geometry, Node};
+use crate::surface::{Geometry, Node, named};
 use crate::{Matrix, Vector};
 
 /// A part of a vector along the surface smaller than this is rounding, and has no direction.
@@ -46,11 +46,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         if self.net.is_some() {
             return Err(Error::NoDirections);
         }
+        let surface = self.geodesics.surface();
         let refused = |reason| Error::NoFoot {
-            point: format!("{:?}", source.point.as_slice()),
+            point: named(surface, &source.point),
             reason,
         };
-        let surface = self.geodesics.surface();
         let mut geometry = Geometry::new(D - surface.intrinsic_dimension());
         let frame = manifold::frame(surface, source, &mut geometry)
             .ok_or_else(|| refused("it has no tangent space there"))?;

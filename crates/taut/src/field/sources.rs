@@ -6,7 +6,7 @@ use crate::field::ray::Limits;
 use crate::field::{Curve, Fields, Settings, Source};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
-use crate::surface::{Geometry, Node};
+use crate::surface::{Geometry, Node, named};
 
 /// What distances are measured from.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +108,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let mut frame_of = |source: &Source<D, S::Place>| {
             let found = frame(surface, &source.node, &mut geometry);
             found.ok_or_else(|| Error::NoFoot {
-                point: format!("{:?}", source.node.point.as_slice()),
+                point: named(surface, &source.node.point),
                 reason: "a source has no tangent space there",
             })
         };

@@ -84,9 +84,26 @@ impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
             Some(point) => Ok(Node { point, place: () }),
             None => Err(Error::NoFoot {
                 point: format!("{:?}", x.as_slice()),
-                reason: "Newton-Raphson does not arrive; start nearer, away from points where \
-                         the gradient vanishes",
+                reason: self.why_no_foot(x),
             }),
+        }
+    }
+}
+
+impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
+    /// Why a point has no foot.
+    fn why_no_foot(&self, x: &Vector<D>) -> &'static str {
+        let count = self.equations().count();
+        let (mut values, mut gradients) = (vec![0.0; count], vec![Vector::zeros(); count]);
+        self.equations().gradients(x, &mut values, &mut gradients);
+        let is_finite = values.iter().all(|value| value.is_finite())
+            && gradients
+                .iter()
+                .all(|gradient| gradient.iter().all(|value| value.is_finite()));
+        if is_finite {
+            "Newton-Raphson does not arrive; start nearer, away from points where the gradient vanishes"
+        } else {
+            "an equation or its gradient is not finite there; start where all are, or write them without the pole"
         }
     }
 }

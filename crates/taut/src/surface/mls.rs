@@ -367,6 +367,10 @@ impl<const D: usize> Surface<D> for MovingLeastSquares<D> {
         self.atlas.intrinsic_dimension()
     }
 
+    fn origin(&self) -> Vector<D> {
+        self.atlas.cloud.centre
+    }
+
     fn foot(
         &self,
         x: &Vector<D>,

@@ -25,6 +25,11 @@ pub trait Surface<const D: usize>: Sync {
     /// The intrinsic dimension k of the surface.
     fn intrinsic_dimension(&self) -> usize;
 
+    /// What must be added to a point for its coordinates as they were given: clouds are centred.
+    fn origin(&self) -> Vector<D> {
+        Vector::zeros()
+    }
+
     /// The point of the surface near `x`, found from `place`, which is brought up to date; `scratch`
     /// is overwritten.
     ///
@@ -100,6 +105,11 @@ pub trait Surface<const D: usize>: Sync {
     fn resolution(&self, _place: Self::Place) -> f64 {
         0.0
     }
+}
+
+/// A point as messages name it: in the coordinates that were given.
+pub(crate) fn named<const D: usize>(surface: &impl Surface<D>, x: &Vector<D>) -> String {
+    format!("{:?}", (x + surface.origin()).as_slice())
 }
 
 /// A point of a surface, with what the surface needs to find it again.

@@ -6,7 +6,7 @@ use crate::error::Fault;
 
 const USER: &str = "LASF_Spec";
 const EXTRA_BYTES: u16 = 4;
-const DESCRIPTOR: usize = 192;
+pub(crate) const DESCRIPTOR: usize = 192;
 const INTENSITY: &str = "intensity";
 
 /// A number of a record.
@@ -123,6 +123,18 @@ impl Descriptor<'_> {
             none: (self.0[3] & 1 != 0).then(|| none.number(&self.0[40..])),
         })
     }
+}
+
+/// Bytes that descriptors speak of.
+pub(crate) fn descriptors_size(descriptors: &[[u8; DESCRIPTOR]]) -> usize {
+    let sizes = descriptors.iter().map(|bytes| Descriptor(bytes).size());
+    sizes.sum()
+}
+
+/// The names of described dimensions.
+pub(crate) fn names(descriptors: &[[u8; DESCRIPTOR]]) -> Vec<String> {
+    let names = descriptors.iter().map(|bytes| Descriptor(bytes).name());
+    names.collect()
 }
 
 impl Dimension {

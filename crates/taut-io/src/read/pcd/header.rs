@@ -1,6 +1,7 @@
 //! The header of a PCD file.
 
 use crate::error::{Fault, quoted};
+use crate::text::{LONGEST_LINE, too_long};
 
 /// The kind of a field's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,6 +94,9 @@ impl<'a> Raw<'a> {
         let mut entries = Vec::new();
         let mut body_offset = 0;
         for (index, line) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
+            if line.len() > LONGEST_LINE {
+                return Err(too_long(index + 1));
+            }
             body_offset += line.len();
             let text = std::str::from_utf8(line).map_err(|_| {
                 wrong(

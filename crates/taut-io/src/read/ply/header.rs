@@ -8,6 +8,7 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyType};
 use super::EXPORT_REMEDY;
 use super::body::Skipped;
 use crate::error::{Fault, quoted};
+use crate::text::{LONGEST_LINE, too_long};
 
 /// The header's meaning.
 pub(super) struct Layout<'a> {
@@ -22,6 +23,7 @@ pub(super) struct Layout<'a> {
 }
 
 pub(super) fn read_header(reader: &mut Reader<&[u8]>, bytes: &[u8]) -> Result<Header, Fault> {
+    refuse_long_lines(bytes)?;
     let header = Parser::<Skipped>::new().read_header(reader).map_err(|error| {
         let line = error.line().unwrap_or(1);
         let found = bytes.split(|byte| *byte == b'\n').nth(line - 1).unwrap_or_default();
@@ -33,6 +35,20 @@ pub(super) fn read_header(reader: &mut Reader<&[u8]>, bytes: &[u8]) -> Result<He
     })?;
     refuse_repeated_names(&bytes[..bytes.len() - reader.get_ref().len()])?;
     Ok(header)
+}
+
+/// The parser copies lines as it goes.
+fn refuse_long_lines(bytes: &[u8]) -> Result<(), Fault> {
+    let lines = bytes.split(|byte| *byte == b'\n').enumerate();
+    for (index, line) in lines {
+        if line.trim_ascii() == b"end_header" {
+            break;
+        }
+        if line.len() > LONGEST_LINE {
+            return Err(too_long(index + 1));
+        }
+    }
+    Ok(())
 }
 
 /// The header's maps keep one of two properties of the same name, which would shift every value behind it.

@@ -109,13 +109,14 @@ pub(crate) struct Limits {
     pub enough: usize,
 }
 
-/// The least costs from sources within limits.
+/// The least costs from sources within limits; `coordinates` is where those given begin, for messages.
 pub(crate) fn find<const D: usize>(
     net: &Net<D>,
     sources: Vec<Origin<D>>,
     limits: Limits,
+    coordinates: &Vector<D>,
 ) -> Result<Found<D>, Error> {
-    let start = beside(net, &sources)?;
+    let start = beside(net, &sources, coordinates)?;
     let (first, longest) = in_order(net, start, limits);
     let mut order: Vec<u32> = (0..first.len() as u32)
         .filter(|i| first[*i as usize].cost.is_finite())
@@ -176,7 +177,11 @@ fn with_doubts_around<const D: usize>(net: &Net<D>, values: Vec<Value<D>>) -> Ve
 }
 
 /// The points beside the sources, reached straight from them.
-fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Label<D>>, Error> {
+fn beside<const D: usize>(
+    net: &Net<D>,
+    sources: &[Origin<D>],
+    coordinates: &Vector<D>,
+) -> Result<Vec<Label<D>>, Error> {
     let mut labels = vec![Label::none(); net.points.len()];
     for (index, origin) in (0..).zip(sources) {
         let Some(chart) = origin.near else { continue };
@@ -184,7 +189,7 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
         let rate = near.first().map_or(1.0, |i| net.costs[*i as usize]);
         if !rate.is_finite() {
             return Err(Error::NoFoot {
-                point: format!("{:?}", origin.point.as_slice()),
+                point: format!("{:?}", (origin.point + coordinates).as_slice()),
                 reason: "a source lies where the cost is infinite",
             });
         }

@@ -62,7 +62,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             longest: settings.max_distance,
             enough,
         };
-        let found = find(net, origins, limits)?;
+        let coordinates = self.geodesics.surface().origin();
+        let found = find(net, origins, limits, &coordinates)?;
         Ok(Field::of_other(Other::Cost(found), settings.max_distance))
     }
 }

@@ -138,6 +138,10 @@ impl<const D: usize, S: Surface<D>> Surface<D> for Network<D, S> {
         self.surface.intrinsic_dimension()
     }
 
+    fn origin(&self) -> Vector<D> {
+        self.surface.origin()
+    }
+
     fn foot(
         &self,
         x: &Vector<D>,

@@ -6,7 +6,7 @@ use crate::guess::particles::random::Random;
 use crate::guess::particles::walk::walks;
 use crate::guess::particles::{Region, Settings, Spread};
 use crate::spatial::tree::{Neighbour, Tree};
-use crate::surface::{Geometry, Node, Surface};
+use crate::surface::{Geometry, Node, Surface, named};
 use crate::{Vector, parallel};
 
 /// Particles on a surface.
@@ -82,7 +82,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             .map(|(node, source)| {
                 let frame =
                     Frame::at(surface, node, &mut scratch).ok_or_else(|| Error::NoFoot {
-                        point: format!("{:?}", node.point.as_slice()),
+                        point: named(surface, &node.point),
                         reason: "the surface has no tangent space there; move the source",
                     })?;
                 Ok(Particle {

@@ -443,6 +443,10 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         self.monomials.variables
     }
 
+    fn origin(&self) -> Vector<D> {
+        self.cloud.centre
+    }
+
     fn foot(
         &self,
         x: &Vector<D>,
