@@ -5,6 +5,8 @@ mod cost;
 mod isolines;
 mod write;
 
+use std::path::Path;
+
 use taut::error::Error;
 use taut::field::{Cost, Field, Fields, Sources};
 
@@ -37,7 +39,10 @@ pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failur
     let found = ready::ask(&settings.source, &settings.sources, &question, progress)
         .map_err(cost::refusal)?;
     write::write(settings, &found, progress)?;
-    Ok(Exit::Success)
+    Ok(match found.answer.unknown() {
+        0 => Exit::Success,
+        _ => Exit::Unknown,
+    })
 }
 
 /// The distances that were asked for.
@@ -48,6 +53,10 @@ struct Distances<'a> {
 
 impl Question for Distances<'_> {
     type Answer = Found;
+
+    fn file(&self) -> Option<&Path> {
+        self.settings.at.as_deref()
+    }
 
     fn answer<const D: usize, S: Locate<D>>(
         &self,
