@@ -7,8 +7,9 @@
 use std::collections::HashMap;
 
 use crate::guess::sampling::MANY_DIMENSIONS;
+use crate::guess::sampling::join::is_foretold;
 use crate::guess::sampling::region::Region;
-use crate::guess::sampling::walk::Walker;
+use crate::guess::sampling::walk::{Walker, is_clear};
 use crate::surface::Surface;
 use crate::surface::implicit::{Equations, ImplicitSurface};
 use crate::{Matrix, Vector};
@@ -20,6 +21,8 @@ pub(super) struct Sample<const D: usize> {
     /// Columns 0..m normal, m..D tangent.
     pub basis: Matrix<D>,
     pub spacing: f64,
+    /// The spacing that the surface's turning alone would have.
+    pub bent: f64,
     /// Distance to the next sheet, as far as it was looked for.
     pub gap: f64,
     /// The surface goes on from here to where there is no sample.
@@ -29,6 +32,8 @@ pub(super) struct Sample<const D: usize> {
 /// What was grown.
 pub(super) struct Grown<const D: usize> {
     pub samples: Vec<Sample<D>>,
+    /// Pairs of samples of which a walk led from one to the other.
+    pub links: Vec<[u32; 2]>,
     /// The surface goes on beyond the region.
     pub clipped: bool,
     /// The growth was stopped before it ended by itself.
@@ -43,8 +48,8 @@ const MOST_SUGGESTIONS: usize = 400;
 const WIDE_TURNING: f64 = 1.0;
 /// Radians that the surface turns within one spacing.
 const TURNING: f64 = 0.6;
-/// The least spacing, as a share of the largest.
-const FINEST: f64 = 0.125;
+/// The least spacing, as a share of the mean so far: sharp edges and tips must not take all samples.
+const FINEST: f64 = 0.25;
 /// Two samples of one sheet are at least this share of the smaller spacing apart.
 const EXCLUSION: f64 = 0.7;
 /// Candidates thrown per sample and tangent dimension.
@@ -68,7 +73,9 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
         samples: Vec::new(),
         buckets: HashMap::new(),
         spacing,
+        sum: 0.0,
     };
+    let mut links = Vec::new();
     let mut clipped = false;
     let mut next = 0;
     for start in starts {
@@ -83,12 +90,15 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
                 let point = found
                     .walker
                     .shoot(&from.point, &tangent, from.spacing, from.gap);
-                let covered = point.is_some_and(|point| {
+                let end = point.and_then(|point| {
                     let inside = region.holds(&point);
                     clipped |= !inside;
-                    inside && found.keep(&point)
+                    inside.then(|| found.keep(&point)).flatten()
                 });
-                found.samples[next].open |= !covered;
+                match end {
+                    Some(end) => links.push([next as u32, end]),
+                    None => found.samples[next].open = true,
+                }
             }
             next += 1;
         }
@@ -99,6 +109,7 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
     }
     Grown {
         samples: found.samples,
+        links,
         clipped,
         stopped,
     }
@@ -124,7 +135,8 @@ pub(super) fn measure<const D: usize, E: Equations<D>>(
     Some(Sample {
         point: *point,
         basis: walker.scratch.basis,
-        spacing: bent.clamp(FINEST * spacing, spacing),
+        spacing: bent.min(spacing),
+        bent,
         gap: f64::INFINITY,
         open: false,
     })
@@ -188,6 +200,8 @@ struct Found<'a, const D: usize, E> {
     samples: Vec<Sample<D>>,
     buckets: HashMap<[i64; 3], Vec<u32>>,
     spacing: f64,
+    /// Of the spacings that turning and `spacing` alone would give the samples.
+    sum: f64,
 }
 
 impl<const D: usize, E: Equations<D>> Found<'_, D, E> {
@@ -201,48 +215,55 @@ impl<const D: usize, E: Equations<D>> Found<'_, D, E> {
         })
     }
 
-    /// Adds a sample at a point unless its sheet is crowded there; `false` where there can be none.
-    fn keep(&mut self, point: &Vector<D>) -> bool {
-        let Some(mut sample) = measure(&mut self.walker, point, self.spacing) else {
-            return false;
-        };
-        if self.crowded(&sample) {
-            return true;
+    /// The sample at a point: one that crowds its sheet there, or a new one. `None` where there can be none.
+    fn keep(&mut self, point: &Vector<D>) -> Option<u32> {
+        let mut sample = measure(&mut self.walker, point, self.spacing)?;
+        let natural = sample.spacing;
+        let mean = self.sum / self.samples.len().max(1) as f64;
+        sample.spacing = natural.max(FINEST * mean);
+        let crowding = self.crowding(&sample);
+        if crowding.is_some() {
+            return crowding;
         }
         if !self.walker.look(point) {
-            return false;
+            return None;
         }
-        sample.gap = self.walker.gap(point, sample.spacing);
+        sample.gap = self.walker.gap(point, sample.spacing.min(sample.bent));
+        self.sum += natural;
         let bucket = self.bucket(point);
         let index = self.samples.len() as u32;
         self.buckets.entry(bucket).or_default().push(index);
         self.samples.push(sample);
-        true
+        Some(index)
     }
 
-    /// Whether a sample lies too near on the same sheet.
-    fn crowded(&mut self, sample: &Sample<D>) -> bool {
+    /// A sample that lies too near on the same sheet.
+    fn crowding(&mut self, sample: &Sample<D>) -> Option<u32> {
         let [x, y, z] = self.bucket(&sample.point);
-        let codimension = self.walker.scratch.codimension;
+        let geometry = self.walker.scratch.clone();
+        let codimension = geometry.codimension;
         for i in -1..=1 {
             for j in -1..=1 {
                 for l in -1..=1 {
                     let Some(list) = self.buckets.get(&[x + i, y + j, z + l]) else {
                         continue;
                     };
-                    for other in list.iter().map(|o| &self.samples[*o as usize]) {
+                    for index in list {
+                        let other = &self.samples[*index as usize];
                         let apart = EXCLUSION * sample.spacing.min(other.spacing);
                         let offset = other.point - sample.point;
                         if offset.norm_squared() < apart * apart
                             && same_side(&sample.basis, &other.basis, codimension)
-                            && self.walker.arrives(&other.point, &sample.point, other.gap)
+                            && (is_clear(&offset, other.gap)
+                                || is_foretold(&geometry, sample, other)
+                                    && self.walker.walks(&other.point, &sample.point, other.gap))
                         {
-                            return true;
+                            return Some(*index);
                         }
                     }
                 }
             }
         }
-        false
+        None
     }
 }

@@ -21,6 +21,7 @@ pub(super) fn join<const D: usize, E: Equations<D>>(
     surface: &ImplicitSurface<D, E>,
     samples: &[Sample<D>],
     tree: &Tree<D>,
+    links: &[[u32; 2]],
 ) -> Graph<D, Vector<D>> {
     let m = D - surface.intrinsic_dimension();
     let widest = samples.iter().map(|s| s.spacing).fold(0.0, f64::max);
@@ -65,9 +66,39 @@ pub(super) fn join<const D: usize, E: Equations<D>>(
             }
         }
     }
+    add_links(&mut lists, links);
     let nodes = samples.iter().map(|sample| node(&sample.point)).collect();
     let along_arc = |i: usize, j: usize, chord: f64| arc(&samples[i], &samples[j], m).max(chord);
     Graph::with_lengths(nodes, lists.iter().map(Vec::as_slice), along_arc)
+}
+
+/// Adds the links between parts that nothing else connects.
+fn add_links(lists: &mut [Vec<u32>], links: &[[u32; 2]]) {
+    let mut roots: Vec<u32> = (0..lists.len() as u32).collect();
+    for i in 0..lists.len() {
+        for j in &lists[i] {
+            unite(&mut roots, i as u32, *j);
+        }
+    }
+    for [i, j] in links {
+        if unite(&mut roots, *i, *j) {
+            lists[*i as usize].push(*j);
+            lists[*j as usize].push(*i);
+        }
+    }
+}
+
+/// Makes two parts one; `false` where they were.
+fn unite(roots: &mut [u32], i: u32, j: u32) -> bool {
+    let [i, j] = [i, j].map(|mut node| {
+        while roots[node as usize] != node {
+            roots[node as usize] = roots[roots[node as usize] as usize];
+            node = roots[node as usize];
+        }
+        node
+    });
+    roots[i.max(j) as usize] = i.min(j);
+    i != j
 }
 
 /// Length of the arc between two samples whose chord leaves the surface at the larger of the angles at both, so that

@@ -30,6 +30,8 @@ pub(super) struct Net<const D: usize> {
 
 /// Samples aimed for; at least a quarter and at most three times as many are accepted.
 const SAMPLES: usize = 500;
+/// Where a wider spacing leaves more than this share of too many samples, it is the turning that demands them.
+const LITTLE_LESS: f64 = 0.8;
 /// The region is doubled so many times at most before a surface counts as endless.
 const MOST_DOUBLINGS: usize = 10;
 /// The same to connect the seeds on a surface without end.
@@ -104,7 +106,7 @@ impl<const D: usize> Net<D> {
         let samples = grown.samples;
         let points: Vec<Vector<D>> = samples.iter().map(|s| s.point).collect();
         let tree = Tree::new(&points);
-        let graph = join(surface, &samples, &tree);
+        let graph = join(surface, &samples, &tree, &grown.links);
         let (components, sizes) = graph.components();
         let mut open = vec![false; sizes.len()];
         for (sample, component) in samples.iter().zip(&components) {
@@ -210,9 +212,17 @@ fn evenly<const D: usize, E: Equations<D>>(
         if (SAMPLES / 4..=3 * SAMPLES).contains(&count) || (count > SAMPLES && bound_by_turning) {
             break;
         }
+        let bent = result.samples.iter().filter(|s| s.spacing < spacing);
+        if result.stopped && 2 * bent.count() > count {
+            break;
+        }
         let factor = (count as f64 / SAMPLES as f64).powf(1.0 / k);
         spacing *= factor.clamp(0.2, 5.0);
         result = grow(surface, starts, region, spacing);
+        let change = result.samples.len() as f64 / count.max(1) as f64;
+        if count > SAMPLES && change > LITTLE_LESS {
+            break;
+        }
     }
     result
 }

@@ -39,6 +39,11 @@ const BACK: f64 = 1e-3;
 /// Where no probe goes elsewhere, the next sheet is at least so many spacings away.
 const FAR: f64 = 4.0;
 
+/// Points of the surface that a vector leads from one to the other lie on one sheet, as the next is farther away.
+pub(super) fn is_clear<const D: usize>(way: &Vector<D>, gap: f64) -> bool {
+    way.norm_squared() <= (CLEAR * gap).powi(2)
+}
+
 impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
     pub fn new(surface: &'a ImplicitSurface<D, E>) -> Self {
         Self {
@@ -145,10 +150,11 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
     /// Whether a walk from one point of the surface arrives at another, or need not set out as the next sheet is farther
     /// away than the other point.
     pub fn arrives(&mut self, from: &Vector<D>, to: &Vector<D>, gap: f64) -> bool {
-        (to - from).norm() <= CLEAR * gap || self.walks(from, to, gap)
+        is_clear(&(to - from), gap) || self.walks(from, to, gap)
     }
 
-    fn walks(&mut self, from: &Vector<D>, to: &Vector<D>, gap: f64) -> bool {
+    /// Whether a walk from one point of the surface arrives at another.
+    pub fn walks(&mut self, from: &Vector<D>, to: &Vector<D>, gap: f64) -> bool {
         let end = self.toward(from, to, gap, 0.1 * ARRIVED, |_| ());
         end.is_some_and(|end| (end - to).norm() <= ARRIVED * (to - from).norm())
     }
