@@ -42,7 +42,8 @@ fn expect(path: &Path<3>, truth: f64) {
     assert_eq!(path.status, Status::Converged, "truth {truth}");
     let error = (path.length - truth).abs();
     assert!(error <= 1e-6 * truth, "{} for {truth}", path.length);
-    assert!(error <= path.length_error, "{error:e}");
+    // The truth is rounded too.
+    assert!(error <= path.length_error + 1e-13, "{error:e}");
 }
 
 /// The roll of an equation, sampled from two of its points; with random points and where they lie on its sheet.

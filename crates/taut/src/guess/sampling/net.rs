@@ -76,9 +76,12 @@ impl<const D: usize> Net<D> {
         let mut region = about_seeds;
         for _ in 0..MOST_DOUBLINGS {
             let crude = grow(surface, starts, &region, region.first_spacing());
-            if !crude.clipped || crude.stopped {
+            if !crude.clipped {
                 let grown = evenly(surface, starts, &region, crude);
                 return Self::of(surface, grown, Extent::Part);
+            }
+            if crude.stopped {
+                break;
             }
             region = region.doubled();
         }
@@ -88,8 +91,9 @@ impl<const D: usize> Net<D> {
         loop {
             let crude = grow(surface, starts, &region, region.first_spacing());
             let grown = evenly(surface, starts, &region, crude);
+            let is_all = grown.stopped || round == MOST_CONNECTING;
             let found = Self::of(surface, grown, Extent::Endless);
-            if found.1.components().1.len() == 1 || round == MOST_CONNECTING {
+            if is_all || found.1.components().1.len() == 1 {
                 return found;
             }
             region = region.doubled();

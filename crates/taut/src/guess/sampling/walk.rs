@@ -235,7 +235,7 @@ mod tests {
         let (from, ahead) = (Vector::<3>::x() * 2.0, Vector::<3>::new(0.0, 0.6, 0.8));
         let end = walker.shoot(&from, &ahead, 3.0, 8.0).expect("an end");
         assert!((end.norm() - 2.0).abs() < 1e-12);
-        assert!(end.dot(&Vector::new(0.0, 0.8, -0.6)).abs() < 1e-12);
+        assert!(end.dot(&Vector::<3>::new(0.0, 0.8, -0.6)).abs() < 1e-12);
         assert!((end.dot(&from) / 4.0 - 1.5_f64.cos()).abs() < 0.1);
     }
 }
