@@ -165,6 +165,28 @@ fn surfaces_without_end_are_said_to_be() {
     let across = path(&geodesics, [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
     assert_eq!(across.status, Status::Unknown);
     assert!(across.length.is_nan());
+    // A field on the one sheet is none the coarser for it; the meridian is a hyperbola, its length by the midpoint rule.
+    let fields = Fields::new(&geodesics);
+    let node = |x: f64, y: f64| {
+        let point = Vector::from([x, y, 0.0]);
+        geodesics.surface().node_near(&point).expect("a foot").0
+    };
+    let source = Source {
+        node: node(1.0, 0.0),
+        start: 0.0,
+    };
+    let field = fields.from(&[source], &Default::default());
+    let field = field.expect("a field");
+    let step = 0.75_f64.asinh() / 1000.0;
+    let speed = |i: u32| {
+        let t = step * (f64::from(i) + 0.5);
+        step * t.sinh().hypot(t.cosh())
+    };
+    let truth: f64 = (0..1000).map(speed).sum();
+    let value = fields.at(&field, &node(1.25, 0.75));
+    let error = (value.distance - truth).abs();
+    assert!(error < 1e-3 && error <= value.error, "{}", value.distance);
+    assert!(fields.at(&field, &node(-1.25, 0.75)).distance.is_nan());
 }
 
 /// A way over a place without a tangent plane is not sure, and no reason to say that there is none.

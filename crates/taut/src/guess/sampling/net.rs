@@ -76,26 +76,41 @@ impl<const D: usize> Net<D> {
         let mut region = about_seeds;
         for _ in 0..MOST_DOUBLINGS {
             let crude = grow(surface, starts, &region, region.first_spacing());
+            if crude.stopped {
+                break;
+            }
             if !crude.clipped {
                 let grown = evenly(surface, starts, &region, crude);
                 return Self::of(surface, grown, Extent::Part);
             }
-            if crude.stopped {
-                break;
-            }
             region = region.doubled();
         }
-        // Without end: as far about the seeds as connects them.
-        region = about_seeds;
+        Self::connecting(surface, starts, about_seeds)
+    }
+
+    /// Samples of a surface without end as far about the seeds as joins them, or most of them: no farther, as more would be
+    /// coarser.
+    fn connecting<E: Equations<D>>(
+        surface: &ImplicitSurface<D, E>,
+        starts: &[Vector<D>],
+        mut region: Region<D>,
+    ) -> (Self, Graph<D, Vector<D>>) {
+        let mut best: Option<(usize, (Self, Graph<D, Vector<D>>))> = None;
         let mut round = 0;
         loop {
             let crude = grow(surface, starts, &region, region.first_spacing());
             let grown = evenly(surface, starts, &region, crude);
-            let is_all = grown.stopped || round == MOST_CONNECTING;
+            let is_last = grown.stopped || round == MOST_CONNECTING;
             let found = Self::of(surface, grown, Extent::Endless);
-            if is_all || found.1.components().1.len() == 1 {
-                return found;
+            let parts = found.1.components().1.len();
+            let (fewest, kept) = match best {
+                Some(best) if best.0 <= parts => best,
+                _ => (parts, found),
+            };
+            if is_last || fewest == 1 {
+                return kept;
             }
+            best = Some((fewest, kept));
             region = region.doubled();
             round += 1;
         }
