@@ -35,7 +35,7 @@ const LITTLE_LESS: f64 = 0.8;
 /// The region is doubled so many times at most before a surface counts as endless.
 const MOST_DOUBLINGS: usize = 10;
 /// The same to connect the seeds on a surface without end.
-const MOST_CONNECTING: usize = 6;
+const MOST_CONNECTING: usize = 4;
 /// Seeds that the sampling is planned by.
 const MOST_STARTS: usize = 128;
 /// Times that seeds on parts without samples are added.
@@ -95,25 +95,23 @@ impl<const D: usize> Net<D> {
         starts: &[Vector<D>],
         mut region: Region<D>,
     ) -> (Self, Graph<D, Vector<D>>) {
-        let mut best: Option<(usize, (Self, Graph<D, Vector<D>>))> = None;
-        let mut round = 0;
-        loop {
+        let mut best = (usize::MAX, region);
+        for _ in 0..=MOST_CONNECTING {
             let crude = grow(surface, starts, &region, region.first_spacing());
-            let grown = evenly(surface, starts, &region, crude);
-            let is_last = grown.stopped || round == MOST_CONNECTING;
-            let found = Self::of(surface, grown, Extent::Endless);
-            let parts = found.1.components().1.len();
-            let (fewest, kept) = match best {
-                Some(best) if best.0 <= parts => best,
-                _ => (parts, found),
-            };
-            if is_last || fewest == 1 {
-                return kept;
+            let is_last = crude.stopped;
+            let (_, graph) = Self::of(surface, crude, Extent::Endless);
+            let parts = graph.components().1.len();
+            if parts < best.0 {
+                best = (parts, region);
             }
-            best = Some((fewest, kept));
+            if is_last || parts == 1 {
+                break;
+            }
             region = region.doubled();
-            round += 1;
         }
+        let crude = grow(surface, starts, &best.1, best.1.first_spacing());
+        let grown = evenly(surface, starts, &best.1, crude);
+        Self::of(surface, grown, Extent::Endless)
     }
 
     /// The net of what was grown, whose extent is the one given unless it is whole.
