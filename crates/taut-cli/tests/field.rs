@@ -552,7 +552,14 @@ fn the_extent_of_an_equation_is_found() {
     let file = folder.path().join("at.xyz");
     let field = |equation: &str, points: &[[f64; 3]]| {
         write_points(&file, points);
-        let given = ["--source", "1,0,0", "--at", name(&file)];
+        let given = [
+            "--source",
+            "1,0,0",
+            "--at",
+            name(&file),
+            "--max-distance",
+            "4",
+        ];
         taut(&[&["field", "--implicit", equation][..], &given].concat())
     };
     let points = sphere(500, [0.0; 3], 31);

@@ -175,7 +175,11 @@ fn surfaces_without_end_are_said_to_be() {
         node: node(1.0, 0.0),
         start: 0.0,
     };
-    let field = fields.from(&[source], &Default::default());
+    let settings = taut::field::Settings {
+        max_distance: 2.0,
+        ..Default::default()
+    };
+    let field = fields.from(&[source], &settings);
     let field = field.expect("a field");
     let step = 0.75_f64.asinh() / 1000.0;
     let speed = |i: u32| {
