@@ -95,6 +95,7 @@ impl Answer {
             Outcome::Asked(Status::Converged) => Exit::Success,
             Outcome::UnusableEnd => Exit::BadInput,
             Outcome::Asked(Status::NoPath) => Exit::NoPath,
+            Outcome::Asked(Status::Unknown) => Exit::Unknown,
             Outcome::Asked(Status::NotTaut | Status::NotResolved | Status::OffSurface) => {
                 Exit::NotConverged
             }

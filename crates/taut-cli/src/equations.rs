@@ -2,7 +2,7 @@
 
 use taut::error::Error;
 use taut::geodesics::Geodesics;
-use taut::guess::sampling::Sampled;
+use taut::guess::sampling::{Extent, Sampled};
 use taut::surface::implicit::{Equations, ImplicitSurface};
 use taut::surface::shapes::Shape;
 use taut::surface::{Geometry, Node, Surface};
@@ -51,8 +51,6 @@ impl<const D: usize> Equations<D> for System {
     }
 }
 
-/// The sampling grows from at most so many of the queries' ends.
-const MOST_SEEDS: usize = 128;
 /// The box of a shape is widened by this share of its size, so that the surface lies inside.
 const SLACK: f64 = 0.01;
 
@@ -82,17 +80,15 @@ pub fn geodesics<'a, const D: usize>(
     progress: &Progress,
 ) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
     let ends = points_of(ends, settings.dimension)?;
-    let stride = ends.len().div_ceil(MOST_SEEDS).max(1);
-    let seeds: Vec<Vector<D>> = ends
-        .iter()
-        .step_by(stride)
-        .map(|point| padded(point))
-        .collect();
+    let seeds: Vec<Vector<D>> = ends.iter().map(|point| padded(point)).collect();
     sampled(settings, &ends, &seeds, progress)
 }
 
-/// Where a surface is looked for when nothing says where it is.
-pub const SEARCHED: f64 = 2.0;
+/// Half the side of the box where a surface is looked for first when nothing says where it is.
+const SEARCHED: f64 = 2.0;
+/// The box is made larger by this factor while no point of the surface is found in it, so many times at most.
+const WIDER: f64 = 4.0;
+const MOST_WIDENINGS: i32 = 10;
 /// Points from which it is looked for.
 const TRIES: usize = 64;
 
@@ -105,7 +101,7 @@ fn facts_in<const D: usize>(
     settings: &EquationSettings,
     progress: &Progress,
 ) -> Result<Facts, Failure> {
-    let region = searched(settings);
+    let region = searched::<D>(settings)?;
     let seeds = seeds::<D>(settings, &region, "--bounds")?;
     let geodesics = sampled(settings, &[&region.low, &region.high], &seeds, progress)?;
     let samples = geodesics.surface().samples();
@@ -123,12 +119,22 @@ fn facts_in<const D: usize>(
     })
 }
 
-/// The part of space where the surface is looked for.
-pub fn searched(settings: &EquationSettings) -> Bounds {
-    bounds(settings, &[]).unwrap_or_else(|| Bounds {
-        low: vec![-SEARCHED; settings.dimension],
-        high: vec![SEARCHED; settings.dimension],
-    })
+/// The part of space where the surface is looked for: as given, else the first of boxes ever larger where it is found.
+pub fn searched<const D: usize>(settings: &EquationSettings) -> Result<Bounds, Failure> {
+    if let Some(bounds) = bounds(settings, &[]) {
+        return Ok(bounds);
+    }
+    let about_zero = |side: f64| Bounds {
+        low: vec![-side; settings.dimension],
+        high: vec![side; settings.dimension],
+    };
+    for widening in 0..MOST_WIDENINGS {
+        let region = about_zero(SEARCHED * WIDER.powi(widening));
+        if !feet::<D>(settings, &region)?.is_empty() {
+            return Ok(region);
+        }
+    }
+    Ok(about_zero(SEARCHED * WIDER.powi(MOST_WIDENINGS)))
 }
 
 /// Points of the surface to start from within a region; where there are none, `flags` say where it lies.
@@ -181,10 +187,40 @@ fn sampled<const D: usize>(
     };
     let surface = ImplicitSurface::new(system::<D>(settings)?, size);
     let bounds = bounds.map(|bounds| (padded(&bounds.low), padded(&bounds.high)));
-    Geodesics::of_implicit(surface, seeds, bounds).map_err(|error| Failure::Surface {
+    let found = Geodesics::of_implicit(surface, seeds, bounds);
+    let found = found.map_err(|error| Failure::Surface {
         surface: settings.law.to_string(),
         error,
-    })
+    })?;
+    if let Some(doubt) = doubt(settings, found.surface()) {
+        progress.note(&format!("{}: {doubt}", settings.law));
+    }
+    Ok(found)
+}
+
+/// Surfaces of more dimensions than this are never sampled all the way.
+const MOST_COVERED: usize = 3;
+
+/// What the sampling leaves unknown.
+fn doubt<const D: usize>(
+    settings: &EquationSettings,
+    sampled: &Sampled<D, System>,
+) -> Option<String> {
+    match sampled.extent() {
+        Extent::Whole | Extent::WithinBounds => None,
+        Extent::Endless => {
+            let (low, high) = corners(&sampled.samples());
+            let [low, high] = [low, high].map(|v| coordinates(&v, settings.dimension));
+            Some(format!(
+                "the surface has no end as far as was looked; it is sampled between {low:.3?} and {high:.3?}, and what lies beyond is unknown (--bounds says which part is meant)"
+            ))
+        }
+        Extent::Part if Surface::intrinsic_dimension(sampled) > MOST_COVERED => None,
+        Extent::Part => Some(
+            "the samples leave parts of the surface out: it has very fine detail, or points without a tangent plane; where no way is found, whether there is one is unknown"
+                .to_owned(),
+        ),
+    }
 }
 
 /// The equations for vectors of size D: surplus variables are 0.
@@ -261,7 +297,7 @@ pub fn extent(points: &[&[f64]]) -> f64 {
 }
 
 impl<const D: usize> Locate<D> for Sampled<D, System> {
-    fn locate(&self, end: &End) -> Result<(Node<D, ()>, f64), Error> {
+    fn locate(&self, end: &End) -> Result<(Node<D, Vector<D>>, f64), Error> {
         match end {
             End::Point(point) => self.node_near(&padded(point)),
             End::Row(row) => Err(Error::NoSuchPoint {
@@ -280,7 +316,7 @@ impl<const D: usize> Locate<D> for Sampled<D, System> {
         let centres = parallel::map(points.len(), |i| {
             let node = Node {
                 point: points[i],
-                place: (),
+                place: points[i],
             };
             (node, nearest(&points[i], &points))
         });

@@ -15,16 +15,18 @@ pub enum Exit {
     BadInput = 3,
     NoPath = 4,
     NotConverged = 5,
+    Unknown = 6,
 }
 
 impl Exit {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Success,
         Self::Unexpected,
         Self::Usage,
         Self::BadInput,
         Self::NoPath,
         Self::NotConverged,
+        Self::Unknown,
     ];
 
     fn meaning(self) -> &'static str {
@@ -36,6 +38,9 @@ impl Exit {
             Self::NoPath => "no path connects the two points",
             Self::NotConverged => {
                 "the path did not converge to the tolerance; it is given as far as it got"
+            }
+            Self::Unknown => {
+                "whether a path exists is unknown: the surface was not sampled all the way"
             }
         }
     }
@@ -131,6 +136,6 @@ mod tests {
                 "{line}"
             );
         }
-        assert_eq!(Exit::help().lines().count(), 7);
+        assert_eq!(Exit::help().lines().count(), 8);
     }
 }

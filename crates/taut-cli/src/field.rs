@@ -5,6 +5,8 @@ mod cost;
 mod isolines;
 mod write;
 
+use std::path::Path;
+
 use taut::Vector;
 use taut::error::Error;
 use taut::field::{Cost, Field, Fields, Sources};
@@ -44,7 +46,10 @@ pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failur
     let found = ready::ask(&settings.source, &settings.sources, &question, progress)
         .map_err(cost::refusal)?;
     write::write(settings, &found, progress)?;
-    Ok(Exit::Success)
+    Ok(match found.answer.unknown() {
+        0 => Exit::Success,
+        _ => Exit::Unknown,
+    })
 }
 
 /// The files that are read and written.
@@ -81,6 +86,10 @@ struct Distances<'a> {
 
 impl Question for Distances<'_> {
     type Answer = Found;
+
+    fn file(&self) -> Option<&Path> {
+        self.settings.at.as_deref()
+    }
 
     fn answer<const D: usize, S: Locate<D>>(
         &self,

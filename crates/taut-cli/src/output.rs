@@ -124,6 +124,9 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
     let Some(length) = path.length else {
         let why = match path.outcome {
             Outcome::Asked(Status::NoPath) => "inf (no path connects the two points)",
+            Outcome::Asked(Status::Unknown) => {
+                "unknown (no way was found, but the surface goes on where it was not sampled, or has points that no walk passes)"
+            }
             _ => "unknown (no path could be followed on the surface)",
         };
         return line(out, "length", why);

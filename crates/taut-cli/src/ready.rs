@@ -34,6 +34,11 @@ pub trait Question {
     /// Its dimension forgotten.
     type Answer;
 
+    /// A file of points that are asked about.
+    fn file(&self) -> Option<&Path> {
+        None
+    }
+
     fn answer<const D: usize, S: Locate<D>>(
         &self,
         ready: &Ready<'_, D, S>,
@@ -105,7 +110,14 @@ fn of_equations<const D: usize, Q: Question>(
     question: &Q,
     progress: &Progress,
 ) -> Result<Q::Answer, Failure> {
-    let sites = sites::of_sources(sources, law.dimension, progress)?;
+    let mut sites = sites::of_sources(sources, law.dimension, progress)?;
+    if let Some(file) = question.file() {
+        let all = sites::of_file(file, law.dimension, progress)?;
+        sites.extend(
+            all.into_iter()
+                .filter(|site| matches!(site.end, End::Point(_))),
+        );
+    }
     let ends = sites.iter().map(|site| &site.end);
     question.answer(&Ready {
         name: &law.law.to_string(),

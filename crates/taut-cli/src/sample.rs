@@ -14,7 +14,7 @@ use taut_io::{Content, PointSet};
 use crate::answer::{flat, padded};
 use crate::clouds;
 use crate::either::Either;
-use crate::equations::{self, SEARCHED};
+use crate::equations;
 use crate::exit::{Exit, Failure};
 use crate::farthest;
 use crate::models::{self, FileModel};
@@ -137,21 +137,22 @@ fn of_equations<const D: usize>(
     sources: &[End],
     progress: &Progress,
 ) -> Result<Sampled, Failure> {
+    let searched = equations::searched::<D>(law)?;
     if let (Law::Texts(_), None, []) = (&law.law, &law.bounds, sources) {
         progress.note(&format!(
-            "{}: without --bounds the points start between -{SEARCHED} and {SEARCHED}; of a surface that goes on without end they cover any part",
-            law.law
+            "{}: without --bounds the points start between {:?} and {:?}; of a surface that goes on without end they cover any part",
+            law.law, searched.low, searched.high
         ));
     }
     let given = equations::points_of(sources, law.dimension)?;
     let region = equations::bounds(law, &given);
     let seeds: Vec<Vector<D>> = match given[..] {
-        [] => equations::seeds(law, &equations::searched(law), "--bounds or --source")?,
+        [] => equations::seeds(law, &searched, "--bounds or --source")?,
         _ => given.iter().map(|point| padded(point)).collect(),
     };
     let size = match &region {
         Some(region) => 0.5 * region.diagonal(),
-        None if given.is_empty() => SEARCHED,
+        None if given.is_empty() => searched.high.iter().copied().fold(0.0, f64::max),
         None => equations::extent(&given),
     };
     let surface = ImplicitSurface::new(equations::system::<D>(law)?, size);

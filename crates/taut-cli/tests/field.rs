@@ -545,3 +545,38 @@ fn costs_and_zones_turn_ways_aside() {
         );
     }
 }
+
+#[test]
+fn the_extent_of_an_equation_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("at.xyz");
+    let field = |equation: &str, points: &[[f64; 3]]| {
+        write_points(&file, points);
+        let given = [
+            "--source",
+            "1,0,0",
+            "--at",
+            name(&file),
+            "--max-distance",
+            "4",
+        ];
+        taut(&[&["field", "--implicit", equation][..], &given].concat())
+    };
+    let points = sphere(500, [0.0; 3], 31);
+    let output = field("x^2+y^2+z^2=1", &points);
+    assert_eq!(code(&output), 0);
+    let found = rows(text(&output.stdout), '\t');
+    assert_eq!(found.len(), 500);
+    for (row, point) in found.iter().zip(&points) {
+        assert!(
+            (row[0] - angle(&[1.0, 0.0, 0.0], point)).abs() < 1e-3,
+            "{row:?}"
+        );
+    }
+    // The second point lies on the other of two sheets without end, which nothing is known to connect.
+    let output = field("x^2-y^2-z^2=1", &[[1.25, 0.75, 0.0], [-1.25, 0.75, 0.0]]);
+    assert_eq!(code(&output), 6);
+    let found = rows(text(&output.stdout), '\t');
+    assert!((found[0][0] - 0.800_508_8).abs() < 1e-3 && found[1][0].is_nan());
+    assert!(text(&output.stderr).contains("is unknown"));
+}

@@ -374,3 +374,24 @@ fn the_summary_shows_only_digits_that_are_known() {
     let value: f64 = value.trim().parse().expect("a number");
     assert!((value - FRAC_PI_2).abs() <= 2.0 * error, "{length}");
 }
+
+#[test]
+fn whether_two_endless_sheets_meet_is_unknown() {
+    let path = |to: &str| {
+        taut(&[
+            "path",
+            "--implicit",
+            "x^2-y^2-z^2=1",
+            "--from",
+            "1,0,0",
+            to,
+            "--json",
+        ])
+    };
+    let found = object(&path("--to=-1,0,0"), 6);
+    assert_eq!(found["status"], "unknown");
+    assert!(found["length"].is_null(), "{found}");
+    let output = path("--to=1.25,0.75,0");
+    assert_eq!(object(&output, 0)["status"], "converged");
+    assert!(text(&output.stderr).contains("no end as far as was looked"));
+}

@@ -122,9 +122,17 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         close: f64,
     ) -> Vec<Path<D>> {
         let mut workspace = self.take_workspace();
-        let guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
-        let paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
+        let mut guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
+        let is_joined = !guesses.is_empty();
+        let may_be = is_joined || self.is_unknown(self.entrance(from), self.entrance(to));
+        if may_be {
+            guesses.extend(self.surface.ways(from, to, is_joined));
+        }
+        let mut paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
         self.put_back(workspace);
+        if may_be && guesses.is_empty() {
+            paths.push(Path::unknown());
+        }
         paths
     }
 
@@ -204,6 +212,18 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         list
     }
 
+    /// A node of the graph that a point is joined to.
+    fn entrance(&self, node: &Node<D, S::Place>) -> Option<u32> {
+        self.entrances(node).first().map(|entrance| entrance.0)
+    }
+
+    /// Whether something may connect two parts that the graph does not join.
+    pub(crate) fn is_unknown(&self, from: Option<u32>, to: Option<u32>) -> bool {
+        let component = |node: Option<u32>| node.map(|node| self.components[node as usize]);
+        let is_one = component(from).is_some() && component(from) == component(to);
+        !is_one && !self.surface.apart(from, to)
+    }
+
     /// Distinct guesses, shortest on the graph first; empty where none connects the two.
     fn guesses(
         &self,
@@ -252,6 +272,6 @@ fn distrust<const D: usize>(path: &Path<D>) -> u8 {
     match path.status {
         Status::Converged => 0,
         Status::NotTaut | Status::NotResolved => 1,
-        Status::OffSurface | Status::NoPath => 2,
+        Status::OffSurface | Status::NoPath | Status::Unknown => 2,
     }
 }

@@ -19,6 +19,9 @@ pub enum Status {
     OffSurface,
     /// No path exists: the end points lie on different components, or only a hole lies between.
     NoPath,
+    /// Whether a path exists is unknown: none was found, and the surface goes on where it was not looked at, or has
+    /// places that no walk passes.
+    Unknown,
 }
 
 impl Status {
@@ -31,6 +34,7 @@ impl Status {
             Self::NotResolved => "not-resolved",
             Self::OffSurface => "off-surface",
             Self::NoPath => "no-path",
+            Self::Unknown => "unknown",
         }
     }
 }
@@ -96,6 +100,15 @@ impl<const D: usize> Path<D> {
             length: f64::NAN,
             length_error: f64::INFINITY,
             ..Self::none()
+        }
+    }
+
+    /// The answer where it is unknown whether a path exists.
+    #[must_use]
+    pub fn unknown() -> Self {
+        Self {
+            status: Status::Unknown,
+            ..Self::lost()
         }
     }
 

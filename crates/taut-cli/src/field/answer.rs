@@ -15,7 +15,7 @@ pub struct Answer {
     /// Row-major.
     pub points: Vec<f64>,
     /// From the nearest source, its start value added; infinite where unreached, not a number where the
-    /// point has no place on the surface.
+    /// point has no place on the surface or where it is unknown whether anything leads there.
     pub distance: Vec<f64>,
     /// Estimated error of the distance.
     pub error: Vec<f64>,
@@ -78,6 +78,18 @@ impl Answer {
         }
     }
 
+    /// The number of points without a place on the surface.
+    fn unusable(&self) -> usize {
+        let moved = self.moved.iter().flatten();
+        moved.filter(|moved| moved.is_nan()).count()
+    }
+
+    /// The number of points of which it is unknown whether anything leads there.
+    pub fn unknown(&self) -> usize {
+        let not_numbers = self.distance.iter().filter(|distance| distance.is_nan());
+        not_numbers.count() - self.unusable()
+    }
+
     /// What is told of the field. `sources` were asked for, and where it ends with them the `nearest` points.
     pub fn facts(&self, sources: usize, nearest: Option<usize>) -> Facts {
         let reached = || {
@@ -108,7 +120,8 @@ impl Answer {
             error_most: errors.last().copied(),
             nearest,
             unreached: count(f64::is_infinite),
-            unusable: count(f64::is_nan),
+            unusable: self.unusable(),
+            unknown: self.unknown(),
             moved_most: largest_move,
             isolines: None,
         }
@@ -135,11 +148,18 @@ pub struct Facts {
     pub unreached: usize,
     /// Points without a place on the surface.
     pub unusable: usize,
+    /// Points of which it is unknown whether anything leads there.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub unknown: usize,
     /// The most that a point was moved onto the surface; `None` for points of the surface itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moved_most: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub isolines: Option<IsolineFacts>,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// What is told of isolines.

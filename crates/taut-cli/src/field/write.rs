@@ -73,6 +73,7 @@ fn note(facts: &Facts, progress: &Progress) {
         nearest,
         unreached,
         unusable,
+        unknown,
         ..
     } = facts;
     if *unreached > 0 {
@@ -86,6 +87,11 @@ fn note(facts: &Facts, progress: &Progress) {
     if *unusable > 0 {
         progress.note(&format!(
             "{surface}: {unusable} of {points} points have no place on the surface: their distance is NaN"
+        ));
+    }
+    if *unknown > 0 {
+        progress.note(&format!(
+            "{surface}: whether anything leads to {unknown} of {points} points is unknown, as the surface was not sampled all the way: their distance is NaN; --bounds says which part is meant"
         ));
     }
 }
@@ -133,6 +139,9 @@ fn write_facts(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     if let Some(moved) = facts.moved_most {
         line(out, "moved by at most", &exponential(Some(moved)))?;
         line(out, "off the surface", &facts.unusable.to_string())?;
+    }
+    if facts.unknown > 0 {
+        line(out, "unknown", &facts.unknown.to_string())?;
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ pub struct Tally {
     /// Pairs that nothing connects.
     pub no_path: u64,
     pub not_converged: u64,
-    /// Pairs that are connected but whose length or error is unknown.
+    /// Pairs whose length or error is unknown, or whether they are connected.
     pub unknown: u64,
     /// Largest estimated error of a length, relative, among those known.
     pub largest_error: f64,

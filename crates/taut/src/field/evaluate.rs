@@ -41,6 +41,19 @@ impl<const D: usize> Value<D> {
             direction: Vector::zeros(),
         }
     }
+
+    /// Where it is unknown whether anything leads there.
+    pub(crate) fn unknown() -> Self {
+        Self {
+            distance: f64::NAN,
+            error: f64::NAN,
+            ..Self::unreached()
+        }
+    }
+
+    fn is_unreached(&self) -> bool {
+        self.source == u32::MAX
+    }
 }
 
 /// A value with the node's branch that it was taken from.
@@ -177,10 +190,24 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The field at a node of the surface; unreached where the graph has no node near it.
+    /// The field at a node of the surface; unreached where the graph has no node near it. Where the surface goes on beyond
+    /// what is known of it, so that a way may lead there, the distance is not a number.
     #[must_use]
     pub fn at(&self, field: &Field<D>, node: &Node<D, S::Place>) -> Value<D> {
         let near = self.nearest_node(node);
+        let value = self.at_near(field, near, node);
+        let may_be_reached = || {
+            let sources = field.piece_nodes.iter();
+            let mut unknown = sources.map(|source| self.geodesics.is_unknown(*source, near));
+            unknown.any(|unknown| unknown)
+        };
+        if value.is_unreached() && may_be_reached() {
+            return Value::unknown();
+        }
+        value
+    }
+
+    fn at_near(&self, field: &Field<D>, near: Option<u32>, node: &Node<D, S::Place>) -> Value<D> {
         near.map_or_else(Value::unreached, |near| {
             if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
                 let points = net.nearest(&node.point, near, NEAREST_POINTS);

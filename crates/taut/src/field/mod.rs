@@ -237,7 +237,11 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             Sources::Points(points) if !self.any_frames.is_empty() => {
                 let found = manifold::find(self, points, settings)?;
                 let other = Other::Manifold(found);
-                Ok(Field::of_other(other, settings.max_distance))
+                let nodes = points.iter().map(|point| self.nearest_node(&point.node));
+                Ok(Field {
+                    piece_nodes: nodes.collect(),
+                    ..Field::of_other(other, settings.max_distance)
+                })
             }
             _ => self.by_rays(sources, settings),
         }

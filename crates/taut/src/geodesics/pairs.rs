@@ -109,6 +109,10 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     ) -> Path<D> {
         let longest = DETOUR * from.distance(to);
         if longest == f32::INFINITY {
+            let [start, end] = [from, to].map(|origin| origin.entrances.first().map(|e| e.0));
+            if self.is_unknown(start, end) {
+                return self.path(&from.node, &to.node, settings);
+            }
             return Path::none();
         }
         let near = from.between(to, longest);
@@ -119,7 +123,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             after: |v| to.previous[v as usize],
         };
         let routes = ways.routes(&near, GUESSES, longest);
-        let guesses = self.along(&from.node, &to.node, routes);
+        let mut guesses = self.along(&from.node, &to.node, routes);
+        guesses.extend(self.surface.ways(&from.node, &to.node, true));
         let mut workspace = self.take_workspace();
         let paths = self.pull_taut(&guesses, settings, CLOSE, &mut workspace.solver);
         self.put_back(workspace);

@@ -24,13 +24,23 @@ impl<const D: usize, P: Copy> Graph<D, P> {
         nodes: Vec<Node<D, P>>,
         neighbours: impl Iterator<Item = &'a [u32]>,
     ) -> Self {
+        Self::with_lengths(nodes, neighbours, |_, _, chord| chord)
+    }
+
+    /// As [`new`](Self::new), each edge as long as `length` says of its ends and the distance between them.
+    pub(crate) fn with_lengths<'a>(
+        nodes: Vec<Node<D, P>>,
+        neighbours: impl Iterator<Item = &'a [u32]>,
+        length: impl Fn(usize, usize, f64) -> f64,
+    ) -> Self {
         let mut starts = vec![0];
         let mut edges = Vec::new();
         for (i, list) in neighbours.enumerate() {
             for j in list.iter().filter(|j| **j as usize != i) {
+                let chord = (nodes[*j as usize].point - nodes[i].point).norm();
                 edges.push(Edge {
                     to: *j,
-                    length: (nodes[*j as usize].point - nodes[i].point).norm() as f32,
+                    length: length(i, *j as usize, chord) as f32,
                 });
             }
             starts.push(edges.len() as u32);

@@ -14,4 +14,21 @@ use crate::surface::{Node, Surface};
 pub trait Guide<const D: usize>: Surface<D> {
     /// Calls `visit` with the graph nodes that a straight step on the surface from `node` reaches.
     fn entrances(&self, node: &Node<D, Self::Place>, visit: &mut dyn FnMut(u32));
+
+    /// Ways across the surface besides those along the graph, for nodes that it joins or does not. None as a rule: a
+    /// graph that covers its surface knows them all.
+    fn ways(
+        &self,
+        _from: &Node<D, Self::Place>,
+        _to: &Node<D, Self::Place>,
+        _is_joined: bool,
+    ) -> Vec<Vec<Node<D, Self::Place>>> {
+        Vec::new()
+    }
+
+    /// Whether nothing can connect two parts that the graph does not join, each given by a graph node, or by none where
+    /// it has none there. `false` where parts of the surface are missing from the graph.
+    fn apart(&self, _from: Option<u32>, _to: Option<u32>) -> bool {
+        true
+    }
 }

@@ -1,0 +1,245 @@
+//! The samples made ready to be searched: as many as suit the surface, over all of its extent.
+
+use crate::guess::graph::Graph;
+use crate::guess::sampling::Extent;
+use crate::guess::sampling::grow::{Grown, Sample, grow, measure};
+use crate::guess::sampling::join::{
+    REACH, WIDER, edge_count, is_enough, is_foretold, join, one_step,
+};
+use crate::guess::sampling::region::Region;
+use crate::guess::sampling::walk::{CLEAR, Walker};
+use crate::spatial::tree::{Neighbour, Tree};
+use crate::surface::Surface;
+use crate::surface::implicit::{Equations, ImplicitSurface};
+use crate::{Vector, parallel};
+
+/// Samples, and what is known of the surface between them.
+pub(super) struct Net<const D: usize> {
+    pub samples: Vec<Sample<D>>,
+    pub tree: Tree<D>,
+    /// Largest spacing.
+    widest: f64,
+    /// Points of the surface nearer to each other than this lie on one sheet.
+    pub clearance: f64,
+    /// Least distance from one sheet to the next.
+    pub gap: f64,
+    /// Whether the surface goes on beyond the samples, of each sample's component.
+    pub open: Vec<bool>,
+    pub extent: Extent,
+}
+
+/// Samples aimed for; at least a quarter and at most three times as many are accepted.
+const SAMPLES: usize = 500;
+/// Where a wider spacing leaves more than this share of too many samples, it is the turning that demands them.
+const LITTLE_LESS: f64 = 0.8;
+/// The region is doubled so many times at most before a surface counts as endless.
+const MOST_DOUBLINGS: usize = 10;
+/// The same to connect the seeds on a surface without end.
+const MOST_CONNECTING: usize = 4;
+/// Seeds that the sampling is planned by.
+const MOST_STARTS: usize = 128;
+/// Times that seeds on parts without samples are added.
+const MOST_ROUNDS: usize = 3;
+
+impl<const D: usize> Net<D> {
+    /// Samples the components that hold the seeds, points of the surface: within bounds where given.
+    pub fn new<E: Equations<D>>(
+        surface: &ImplicitSurface<D, E>,
+        seeds: &[Vector<D>],
+        bounds: Option<&Region<D>>,
+    ) -> (Self, Graph<D, Vector<D>>) {
+        let mut starts = strided(seeds);
+        for _ in 1..MOST_ROUNDS {
+            let (net, graph) = Self::about(surface, &starts, seeds, bounds);
+            let left = net.left_out(surface, seeds);
+            if left.is_empty() {
+                return (net, graph);
+            }
+            starts.extend(strided(&left));
+        }
+        Self::about(surface, &starts, seeds, bounds)
+    }
+
+    /// Samples from the starts; without bounds all that they lead to, and of what has no end, as much as connects them.
+    fn about<E: Equations<D>>(
+        surface: &ImplicitSurface<D, E>,
+        starts: &[Vector<D>],
+        seeds: &[Vector<D>],
+        bounds: Option<&Region<D>>,
+    ) -> (Self, Graph<D, Vector<D>>) {
+        if let Some(region) = bounds {
+            let crude = grow(surface, starts, region, region.first_spacing());
+            let grown = evenly(surface, starts, region, crude);
+            return Self::of(surface, grown, Extent::WithinBounds);
+        }
+        let about_seeds = Region::around(seeds, surface.size());
+        let mut region = about_seeds;
+        for _ in 0..MOST_DOUBLINGS {
+            let crude = grow(surface, starts, &region, region.first_spacing());
+            if crude.stopped {
+                break;
+            }
+            if !crude.clipped {
+                let grown = evenly(surface, starts, &region, crude);
+                return Self::of(surface, grown, Extent::Part);
+            }
+            region = region.doubled();
+        }
+        Self::connecting(surface, starts, about_seeds)
+    }
+
+    /// Samples of a surface without end as far about the seeds as joins them, or most of them: no farther, as more would be
+    /// coarser.
+    fn connecting<E: Equations<D>>(
+        surface: &ImplicitSurface<D, E>,
+        starts: &[Vector<D>],
+        mut region: Region<D>,
+    ) -> (Self, Graph<D, Vector<D>>) {
+        let mut best = (usize::MAX, region);
+        for _ in 0..=MOST_CONNECTING {
+            let crude = grow(surface, starts, &region, region.first_spacing());
+            let is_last = crude.stopped;
+            let (_, graph) = Self::of(surface, crude, Extent::Endless);
+            let parts = graph.components().1.len();
+            if parts < best.0 {
+                best = (parts, region);
+            }
+            if is_last || parts == 1 {
+                break;
+            }
+            region = region.doubled();
+        }
+        let crude = grow(surface, starts, &best.1, best.1.first_spacing());
+        let grown = evenly(surface, starts, &best.1, crude);
+        Self::of(surface, grown, Extent::Endless)
+    }
+
+    /// The net of what was grown, whose extent is the one given unless it is whole.
+    fn of<E: Equations<D>>(
+        surface: &ImplicitSurface<D, E>,
+        grown: Grown<D>,
+        extent: Extent,
+    ) -> (Self, Graph<D, Vector<D>>) {
+        let samples = grown.samples;
+        let points: Vec<Vector<D>> = samples.iter().map(|s| s.point).collect();
+        let tree = Tree::new(&points);
+        let graph = join(surface, &samples, &tree, &grown.links);
+        let (components, sizes) = graph.components();
+        let mut open = vec![false; sizes.len()];
+        for (sample, component) in samples.iter().zip(&components) {
+            open[*component as usize] |= sample.open;
+        }
+        let gap = samples.iter().map(|s| s.gap).fold(f64::INFINITY, f64::min);
+        let extent = match () {
+            () if !open.contains(&true) => Extent::Whole,
+            () if grown.stopped || !grown.clipped => Extent::Part,
+            () => extent,
+        };
+        let net = Self {
+            widest: samples.iter().map(|s| s.spacing).fold(0.0, f64::max),
+            clearance: CLEAR * gap,
+            gap,
+            open: components.iter().map(|c| open[*c as usize]).collect(),
+            samples,
+            tree,
+            extent,
+        };
+        (net, graph)
+    }
+
+    /// The seeds that no walk leads to a sample from.
+    fn left_out<E: Equations<D>>(
+        &self,
+        surface: &ImplicitSurface<D, E>,
+        seeds: &[Vector<D>],
+    ) -> Vec<Vector<D>> {
+        let scratch = || Walker::new(surface);
+        let left = parallel::map_with(seeds.len(), scratch, |walker, i| {
+            let mut is_near = false;
+            self.entrances(&seeds[i], walker, &mut |_| is_near = true);
+            !is_near
+        });
+        let seeds = seeds.iter().zip(left).filter(|(_, left)| *left);
+        seeds.map(|(seed, _)| *seed).collect()
+    }
+
+    /// The samples a step from a point of the surface that a walk leads to.
+    pub fn entrances<E: Equations<D>>(
+        &self,
+        point: &Vector<D>,
+        walker: &mut Walker<'_, D, E>,
+        visit: &mut dyn FnMut(u32),
+    ) {
+        let Some(here) = measure(walker, point, f64::INFINITY) else {
+            return;
+        };
+        let geometry = walker.scratch.clone();
+        let codimension = walker.scratch.codimension;
+        let mut found: Vec<Neighbour> = Vec::new();
+        let mut count = edge_count(D - codimension) / 2;
+        let (mut seen, mut visited) = (0, false);
+        loop {
+            self.tree.nearest(point, count, &mut found);
+            for neighbour in found.iter().skip(seen) {
+                let index = self.tree.order[neighbour.index as usize];
+                let there = &self.samples[index as usize];
+                let here = Sample {
+                    spacing: there.spacing,
+                    ..here.clone()
+                };
+                let is_clear = neighbour.squared < self.clearance * self.clearance;
+                if neighbour.squared == 0.0
+                    || one_step(&here, there, codimension)
+                        && (is_clear
+                            || is_foretold(&geometry, &here, there)
+                                && walker.arrives(point, &there.point, there.gap))
+                {
+                    visited = true;
+                    visit(index);
+                }
+            }
+            if visited || is_enough(&found, count, REACH * self.widest) {
+                return;
+            }
+            seen = found.len();
+            count *= WIDER;
+        }
+    }
+}
+
+/// At most [`MOST_STARTS`] of the seeds, evenly.
+fn strided<const D: usize>(seeds: &[Vector<D>]) -> Vec<Vector<D>> {
+    let stride = seeds.len().div_ceil(MOST_STARTS).max(1);
+    seeds.iter().step_by(stride).copied().collect()
+}
+
+/// Grows about [`SAMPLES`] samples, beginning with some of the region's first spacing.
+fn evenly<const D: usize, E: Equations<D>>(
+    surface: &ImplicitSurface<D, E>,
+    starts: &[Vector<D>],
+    region: &Region<D>,
+    first: Grown<D>,
+) -> Grown<D> {
+    let k = surface.intrinsic_dimension() as f64;
+    let mut spacing = region.first_spacing();
+    let mut result = first;
+    for _ in 0..8 {
+        let count = result.samples.len();
+        let bound_by_turning = result.samples.iter().all(|s| s.spacing < spacing);
+        if (SAMPLES / 4..=3 * SAMPLES).contains(&count) || (count > SAMPLES && bound_by_turning) {
+            break;
+        }
+        let bent = result.samples.iter().filter(|s| s.spacing < spacing);
+        if result.stopped && 2 * bent.count() > count {
+            break;
+        }
+        let factor = (count as f64 / SAMPLES as f64).powf(1.0 / k);
+        spacing *= factor.clamp(0.2, 5.0);
+        result = grow(surface, starts, region, spacing);
+        let change = result.samples.len() as f64 / count.max(1) as f64;
+        if count > SAMPLES && change > LITTLE_LESS {
+            break;
+        }
+    }
+    result
+}
