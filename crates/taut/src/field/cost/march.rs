@@ -123,7 +123,7 @@ pub(crate) fn find<const D: usize>(
     let (inner, outer) = (&swept[0], &swept[1]);
     let value = |((inner, outer), first): ((&Label<D>, &Label<D>), &Label<D>)| {
         let direction = inner.step.try_normalize(0.0).unwrap_or_else(Vector::zeros);
-        if inner.cost > longest {
+        if !inner.cost.is_finite() || inner.cost > longest {
             return Value::unreached();
         }
         let mut differ = (inner.cost - outer.cost).abs();
@@ -150,8 +150,10 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
     for origin in sources {
         let Some(chart) = origin.near else { continue };
         let near = net.nearest(&origin.point, chart, NEAR_SOURCE);
-        let rate = near.first().map_or(1.0, |i| net.costs[*i as usize]);
-        if !rate.is_finite() {
+        let outside = |i: &&u32| !net.is_held(&net.points[**i as usize]);
+        let rate = near.iter().find(outside);
+        let rate = rate.map_or(f64::INFINITY, |i| net.costs[*i as usize]);
+        if net.is_held(&origin.point) || !rate.is_finite() {
             return Err(Error::NoFoot {
                 point: format!("{:?}", origin.point.as_slice()),
                 reason: "a source lies where the cost is infinite",

@@ -52,6 +52,8 @@ pub(super) struct Draft<const D: usize> {
 const DETAIL: f64 = 2.0;
 /// Points of a cell looked at together.
 const MOST_POINTS: usize = 512;
+/// Points near one without a chart, of which those with a chart say which it goes to.
+const ADOPTERS: usize = 32;
 /// A chart's support reaches this many times as far as its own points.
 const MARGIN: f64 = 1.25;
 
@@ -321,27 +323,38 @@ fn adopt<const D: usize>(
         charts[owner as usize].offsets(monomials, point, &mut offsets);
         offsets[..m].iter().map(|v| v * v).sum::<f64>()
     };
-    let adopted: Vec<u32> = orphans
-        .iter()
-        .map(|orphan| {
-            let point = &tree.points[*orphan];
-            let mut count = 32;
-            loop {
-                tree.nearest(point, count, &mut found);
-                let near = found.iter().map(|n| owners[n.index as usize]);
-                let best = near
-                    .filter(|owner| *owner != u32::MAX)
-                    .min_by(|a, b| miss(point, *a).total_cmp(&miss(point, *b)));
-                if let Some(owner) = best {
-                    return owner;
-                }
-                count *= 4;
-            }
-        })
-        .collect();
+    let nearest = |point: &Vector<D>, near: &mut dyn Iterator<Item = u32>| {
+        let owned = near.filter(|owner| *owner != u32::MAX);
+        owned.min_by(|a, b| miss(point, *a).total_cmp(&miss(point, *b)))
+    };
+    // Where whole regions have no charts, the points that have some are searched alone.
+    let mut charted: Option<(Tree<D>, Vec<u32>)> = None;
+    let mut adopted: Vec<u32> = Vec::with_capacity(orphans.len());
+    for orphan in &orphans {
+        let point = &tree.points[*orphan];
+        tree.nearest(point, ADOPTERS, &mut found);
+        let near = found.iter().map(|n| owners[n.index as usize]);
+        let owner = nearest(point, &mut near.into_iter()).or_else(|| {
+            let (tree, of) = charted.get_or_insert_with(|| owned(tree, owners));
+            tree.nearest(point, ADOPTERS, &mut found);
+            let near = found
+                .iter()
+                .map(|n| of[tree.order[n.index as usize] as usize]);
+            nearest(point, &mut near.into_iter())
+        });
+        adopted.push(owner.unwrap_or(0));
+    }
     for (orphan, owner) in orphans.into_iter().zip(adopted) {
         owners[orphan] = owner;
     }
+}
+
+/// The points that have a chart, and which.
+fn owned<const D: usize>(tree: &Tree<D>, owners: &[u32]) -> (Tree<D>, Vec<u32>) {
+    let owned = tree.points.iter().zip(owners);
+    let owned = owned.filter(|(_, owner)| **owner != u32::MAX);
+    let (points, of): (Vec<_>, Vec<_>) = owned.map(|(point, owner)| (*point, *owner)).unzip();
+    (Tree::new(&points), of)
 }
 
 #[cfg(test)]

@@ -149,7 +149,7 @@ impl<const D: usize> Atlas<D> {
         })?;
         let point = point.ok_or(Error::NoSuchPoint {
             row,
-            reason: "the row was dropped because a value is not finite",
+            reason: self.cloud.why_dropped(),
         })?;
         self.node_of_point(point as usize)
     }

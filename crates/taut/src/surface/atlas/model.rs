@@ -180,6 +180,7 @@ impl<const D: usize> Atlas<D> {
                 rows: (0..count).collect(),
                 point_of_row: (0..count).map(Some).collect(),
                 non_finite: 0,
+                far: 0,
                 duplicates: 0,
             },
             owners: (0..count).collect(),
