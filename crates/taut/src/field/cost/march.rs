@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashSet};
 
 use crate::Vector;
+use crate::correction::length::HeightErrors;
 use crate::error::Error;
 use crate::field::Value;
 use crate::field::cost::Slope;
@@ -28,6 +29,10 @@ const TURN: f64 = 0.2;
 const EDGE: f64 = 2.0;
 /// Where costs jump, a way's last step costs more or less by this share of the jump.
 const JUMP: f64 = 0.5;
+
+/// Points' places err by what is estimated of them times this, and steps by this share of a spacing.
+const PLACES: f64 = 2.0;
+const FLOOR: f64 = 1e-3;
 
 /// A place of a source: where it lies, a node of the graph beside it, its start value, and the source.
 pub(crate) struct Origin<const D: usize> {
@@ -53,8 +58,10 @@ struct Label<const D: usize> {
     /// Of the way's last step.
     step: Vector<D>,
     source: u32,
-    /// Estimated error by what is not known along the way.
+    /// Estimated error by what is not known along the way, ...
     doubt: f64,
+    /// ... and by what the surface errs.
+    heights: HeightErrors,
     /// Beside a source.
     fixed: bool,
 }
@@ -67,6 +74,7 @@ impl<const D: usize> Label<D> {
             step: Vector::zeros(),
             source: u32::MAX,
             doubt: 0.0,
+            heights: HeightErrors::default(),
             fixed: false,
         }
     }
@@ -121,25 +129,57 @@ pub(crate) fn find<const D: usize>(
     let rings = [&net.inner, &net.outer];
     let swept = parallel::map(rings.len(), |i| swept(net, rings[i], &first, &order));
     let (inner, outer) = (&swept[0], &swept[1]);
-    let value = |((inner, outer), first): ((&Label<D>, &Label<D>), &Label<D>)| {
-        let direction = inner.step.try_normalize(0.0).unwrap_or_else(Vector::zeros);
-        if !inner.cost.is_finite() || inner.cost > longest {
-            return Value::unreached();
-        }
-        let mut differ = (inner.cost - outer.cost).abs();
-        if net.slope != Slope::Level {
+    let differ = |i: usize| {
+        let (inner, outer) = (&inner[i], &outer[i]);
+        let differ = (inner.cost - outer.cost).abs();
+        if net.slope == Slope::Level {
+            differ
+        } else {
             // Ways may go to and fro between two directions, and where they do no order is known.
-            differ = differ.max((inner.cost - first.cost).abs());
-        }
-        Value {
-            distance: inner.cost,
-            error: differ + inner.doubt,
-            source: inner.source,
-            direction,
+            differ.max((inner.cost - first[i].cost).abs())
         }
     };
+    let differ = parallel::map(inner.len(), differ);
+    let starts = sources.iter().filter_map(|origin| {
+        let near = net.nearest(&origin.point, origin.near?, 1);
+        Some(net.place_error(*near.first()?))
+    });
+    let start = starts.fold(0.0, f64::max);
+    let value = |i: usize| {
+        let label = &inner[i];
+        if !label.cost.is_finite() || label.cost > longest {
+            return Value::unreached();
+        }
+        // The two rings agree by chance at some points: their neighbours' say as much.
+        let ring = net.inner.of(i as u32).iter();
+        let around = ring.map(|spoke| differ[spoke.to as usize]);
+        let around = around.filter(|differ| differ.is_finite());
+        let rate = if net.costs[i].is_finite() {
+            net.costs[i]
+        } else {
+            1.0
+        };
+        let places = (start + net.place_error(i as u32)) * rate;
+        let at_source = label.fixed && label.step.norm() == 0.0;
+        Value {
+            distance: label.cost,
+            error: if at_source {
+                0.0
+            } else {
+                around.fold(differ[i], f64::max)
+                    + label.doubt
+                    + rate
+                        * (label.heights.length_error()
+                            + FLOOR * net.spacing[i].min(label.step.norm()))
+                    + PLACES * places
+            },
+            source: label.source,
+            direction: label.step.try_normalize(0.0).unwrap_or_else(Vector::zeros),
+        }
+    };
+    let values = parallel::map(inner.len(), value);
     Ok(Found {
-        values: inner.iter().zip(outer).zip(&first).map(value).collect(),
+        values,
         gradients: inner.iter().map(|label| label.gradient).collect(),
     })
 }
@@ -174,6 +214,8 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
             let way = through(&net.target(*point), [&source_itself; 2]);
             let label = &mut labels[*point as usize];
             let length = way.step.norm();
+            let mut heights = HeightErrors::default();
+            net.add_errors(*point, &way.step, &mut heights);
             // The source may come nearer halfway to the next place.
             let nearer = length
                 - (length * length - 0.25 * origin.gap * origin.gap)
@@ -186,6 +228,7 @@ fn beside<const D: usize>(net: &Net<D>, sources: &[Origin<D>]) -> Result<Vec<Lab
                     step: way.step,
                     source: origin.source,
                     doubt: 0.25 * (there - rate).abs() * length + rate * nearer,
+                    heights,
                     fixed: true,
                 };
             }
@@ -227,12 +270,15 @@ fn label<const D: usize>(
         }
     }
     doubt += JUMP * net.jumps[point as usize] * way.step.norm();
+    let mut heights = from.heights;
+    net.add_errors(point, &way.step, &mut heights);
     Label {
         cost: way.cost,
         gradient: way.gradient,
         step: way.step,
         source: from.source,
         doubt,
+        heights,
         fixed: false,
     }
 }

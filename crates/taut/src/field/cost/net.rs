@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::Vector;
+use crate::correction::length::{HeightErrors, RIPPLE};
 use crate::error::Error;
 use crate::field::cost::barrier::Barrier;
 use crate::field::cost::update::Target;
@@ -63,6 +64,17 @@ impl Rings {
     }
 }
 
+/// How far the surface errs at a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Doubt {
+    /// Standard error of its height.
+    pub height: f64,
+    /// Radius of its chart.
+    pub radius: f64,
+    /// How far the points lie off it here.
+    pub off: f64,
+}
+
 /// Points with their costs and rings.
 #[derive(Clone, Debug)]
 pub(crate) struct Net<const D: usize> {
@@ -70,6 +82,8 @@ pub(crate) struct Net<const D: usize> {
     /// How the surface bends at the points; `None` where that is not known, and on curves.
     frames: Vec<Option<Frame<D>>>,
     pub costs: Vec<f64>,
+    /// What is known of how far the surface at each point errs.
+    pub doubts: Vec<Doubt>,
     pub slope: Slope,
     /// Rings of the nearest neighbours, and of those farther off.
     pub inner: Rings,
@@ -119,6 +133,16 @@ impl<const D: usize> Net<D> {
         };
         let found = parallel::map_with(costs.len(), scratch, put_on);
         let (points, frames): (Vec<Vector<D>>, _) = found.into_iter().unzip();
+        let doubt = |i: usize| {
+            let (height, radius, noise) = atlas.doubt(atlas.owner(i));
+            let off = (points[i] - atlas.cloud().points[i]).norm().max(noise);
+            Doubt {
+                height,
+                radius,
+                off,
+            }
+        };
+        let doubts = parallel::map(costs.len(), doubt);
         for (barrier, met) in barriers.iter().zip(&met) {
             for (x, cost) in points.iter().zip(&mut costs) {
                 if barrier.holds(x) {
@@ -131,6 +155,7 @@ impl<const D: usize> Net<D> {
             points,
             frames,
             costs,
+            doubts,
             slope: cost.slope,
             inner: Rings::default(),
             outer: Rings::default(),
@@ -173,6 +198,35 @@ impl<const D: usize> Net<D> {
             rate: self.costs[i],
             frame: self.frames[i].as_ref(),
             slope: self.slope,
+        }
+    }
+
+    /// What errors of the surface do to a step that ends at a point.
+    pub fn add_errors(&self, point: u32, step: &Vector<D>, errors: &mut HeightErrors) {
+        let i = point as usize;
+        let length = step.norm();
+        if length > 0.0 {
+            let curvature = self.frames[i].as_ref().map_or(0.0, |frame| {
+                let along = frame.coordinates(step);
+                frame.bend(along, along).norm() / (length * length)
+            });
+            errors.add(
+                length,
+                curvature,
+                self.doubts[i].height,
+                self.doubts[i].radius,
+            );
+        }
+    }
+
+    /// How far a point's place on the surface errs: it was moved there along a normal that is known as well as the
+    /// slope of a ripple.
+    pub fn place_error(&self, point: u32) -> f64 {
+        let doubt = &self.doubts[point as usize];
+        if doubt.radius > 0.0 {
+            doubt.off * (RIPPLE * doubt.height / doubt.radius).min(1.0)
+        } else {
+            0.0
         }
     }
 

@@ -11,7 +11,7 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
-use crate::surface::atlas::{Atlas, Lists, links, rows, scale, smooth};
+use crate::surface::atlas::{Atlas, Lists, UNEVEN, links, rows, scale, smooth};
 use crate::{Vector, parallel};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
@@ -52,6 +52,8 @@ pub(super) struct Draft<const D: usize> {
 const DETAIL: f64 = 2.0;
 /// Points of a cell looked at together.
 const MOST_POINTS: usize = 512;
+/// Turns in which charts that agree with none are dropped: where some are gone others may be left alone.
+const MOST_TURNS: usize = 3;
 /// Points near one without a chart, of which those with a chart say which it goes to.
 const ADOPTERS: usize = 32;
 /// A chart's support reaches this many times as far as its own points.
@@ -142,11 +144,13 @@ impl<const D: usize> Draft<D> {
                 dimension: intrinsic_dimension,
             });
         }
-        let owners = owners(&built, tree.points.len());
+        let mut owners = owners(&built, tree.points.len());
         let mut linked = links::links(&built, &owners, &monomials, &tree);
-        if links::drop_stray(&mut built, &linked, &owners) {
-            let owners = self::owners(&built, tree.points.len());
+        let mut turns = 0;
+        while turns < MOST_TURNS && links::drop_stray(&mut built, &linked, &owners) {
+            owners = self::owners(&built, tree.points.len());
             linked = links::links(&built, &owners, &monomials, &tree);
+            turns += 1;
         }
         Ok(Draft {
             cloud,
@@ -188,6 +192,7 @@ impl<const D: usize> Draft<D> {
         }
         Atlas {
             detail: detail(&charts),
+            uneven: uneven(&charts),
             cloud,
             charts,
             owners,
@@ -209,6 +214,12 @@ pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
     } else {
         0.0
     }
+}
+
+/// Whether some charts' heights err by far more than others'.
+pub(super) fn uneven<const D: usize>(charts: &[Chart<D>]) -> bool {
+    let usual = median(charts.iter().map(|c| c.height_error));
+    charts.iter().any(|c| c.height_error > UNEVEN * usual)
 }
 
 /// The tree's points by the cell of a grid that holds them; cells of very many points in pieces.

@@ -10,7 +10,7 @@ use crate::spatial::tree::Tree;
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
 use crate::surface::atlas::rim::{Disc, Rim};
-use crate::surface::atlas::{Atlas, ChartIndex, Lists};
+use crate::surface::atlas::{Atlas, ChartIndex, Lists, build};
 use crate::{Matrix, Vector};
 
 /// An atlas in R^d of dimension k, with m = d - k normals. Lengths are in the input's units, positions relative to
@@ -172,6 +172,7 @@ impl<const D: usize> Atlas<D> {
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
         let count = charts.len() as u32;
+        let uneven = build::uneven(&charts);
         Ok(Self {
             tree: Tree::new(&origins),
             cloud: Cloud {
@@ -197,6 +198,7 @@ impl<const D: usize> Atlas<D> {
             outliers: 0,
             has_points: false,
             detail: header.detail,
+            uneven,
         })
     }
 }
