@@ -25,6 +25,8 @@ pub struct Answer {
     pub gradient: Vec<f64>,
     /// How far each point was moved onto the surface; `None` for points of the surface itself.
     pub moved: Option<Vec<f64>>,
+    /// What speaks against the distances, in sentences.
+    pub warnings: Vec<String>,
 }
 
 impl Answer {
@@ -39,6 +41,7 @@ impl Answer {
             source: Vec::with_capacity(rows),
             gradient: Vec::with_capacity(rows * dimension),
             moved,
+            warnings: Vec::new(),
         }
     }
 
@@ -110,6 +113,7 @@ impl Answer {
             unusable: count(f64::is_nan),
             moved_most: largest_move,
             isolines: None,
+            warnings: self.warnings.clone(),
         }
     }
 }
@@ -137,6 +141,9 @@ pub struct Facts {
     pub moved_most: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub isolines: Option<IsolineFacts>,
+    /// What speaks against the distances, in sentences.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 /// What is told of isolines.

@@ -193,6 +193,7 @@ impl<const D: usize> Draft<D> {
         Atlas {
             detail: detail(&charts),
             uneven: uneven(&charts),
+            roughness: roughness(&charts),
             cloud,
             charts,
             owners,
@@ -209,11 +210,16 @@ impl<const D: usize> Draft<D> {
 
 /// See [`Surface::detail`](crate::surface::Surface::detail).
 pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
-    if median(charts.iter().map(|c| c.residual / c.spacing)) > NOISY {
+    if roughness(charts) > NOISY {
         DETAIL * median(charts.iter().map(|c| c.radius))
     } else {
         0.0
     }
+}
+
+/// What charts usually leave of their points, in spacings.
+pub(super) fn roughness<const D: usize>(charts: &[Chart<D>]) -> f64 {
+    median(charts.iter().map(|c| c.residual / c.spacing))
 }
 
 /// Whether some charts' heights err by far more than others'.

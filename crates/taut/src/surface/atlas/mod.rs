@@ -8,6 +8,7 @@
 pub(crate) mod build;
 pub(crate) mod chart;
 mod cover;
+pub mod doubts;
 pub(crate) mod fit;
 mod fitted;
 mod implicit;
@@ -72,6 +73,8 @@ pub struct Atlas<const D: usize> {
     outliers: usize,
     /// Some charts err by far more than others.
     uneven: bool,
+    /// What charts usually leave of their points, in spacings.
+    roughness: f64,
     /// See [`Surface::detail`].
     detail: f64,
     /// See [`Atlas::has_points`].

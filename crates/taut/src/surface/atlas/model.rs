@@ -172,7 +172,7 @@ impl<const D: usize> Atlas<D> {
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
         let count = charts.len() as u32;
-        let uneven = build::uneven(&charts);
+        let (uneven, roughness) = (build::uneven(&charts), build::roughness(&charts));
         Ok(Self {
             tree: Tree::new(&origins),
             cloud: Cloud {
@@ -199,6 +199,7 @@ impl<const D: usize> Atlas<D> {
             has_points: false,
             detail: header.detail,
             uneven,
+            roughness,
         })
     }
 }
