@@ -99,6 +99,9 @@ fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
         }
         write_path(out, path)?;
     }
+    for warning in answer.warnings() {
+        line(out, "warning", &warning)?;
+    }
     Ok(())
 }
 
@@ -251,6 +254,9 @@ struct JsonAnswer<'a> {
     path: JsonPath<'a>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     alternatives: Vec<JsonPath<'a>>,
+    /// What speaks against the answer.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -297,6 +303,7 @@ impl<'a> JsonAnswer<'a> {
             to: JsonEnd::new(to),
             path: path(&answer.path),
             alternatives: answer.alternatives.iter().map(path).collect(),
+            warnings: answer.warnings(),
         }
     }
 }

@@ -6,6 +6,8 @@ pub use pairs::{Guess, Origin};
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use crate::Vector;
+use crate::correction::length::HeightErrors;
 use crate::correction::newton::Solver;
 use crate::correction::{self, Settings, Straight, Taut};
 use crate::guess::Guide;
@@ -14,7 +16,7 @@ use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{DETOUR, Route, Ways};
 use crate::result::{Path, Status};
-use crate::surface::Node;
+use crate::surface::{Geometry, Node};
 
 /// A surface made ready for many path queries.
 pub struct Geodesics<const D: usize, S: Guide<D>> {
@@ -24,6 +26,8 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
     component_sizes: Vec<usize>,
     /// Found for the first path: distances everywhere need none.
     landmarks: OnceLock<Landmarks>,
+    /// The largest coordinate, found for the first path.
+    size: OnceLock<f64>,
     /// Memory that no query is using.
     idle: Mutex<Vec<Workspace<D, S::Place>>>,
 }
@@ -39,6 +43,12 @@ const GUESSES: usize = 8;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
 /// that could still win by what pulling taut has changed so far.
 const CLOSE: f64 = 1.01;
+/// Nodes this near each other, relative to the surface's size, may have the straight way between them, ...
+const NEAR: f64 = 1e-9;
+/// ... where the surface turns by less than this between them, ...
+const FLAT: f64 = 1e-6;
+/// ... and its length is known to so many roundings of coordinates.
+const ROUNDINGS: f64 = 16.0;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 
@@ -51,6 +61,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             components,
             component_sizes,
             landmarks: OnceLock::new(),
+            size: OnceLock::new(),
             idle: Mutex::new(Vec::new()),
         }
     }
@@ -121,6 +132,9 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         close: f64,
     ) -> Vec<Path<D>> {
+        if let Some(path) = self.straight(from, to) {
+            return vec![path];
+        }
         let mut workspace = self.take_workspace();
         let mut guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
         let is_joined = !guesses.is_empty();
@@ -134,6 +148,77 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             paths.push(Path::unknown());
         }
         paths
+    }
+
+    /// The straight way between nodes of one sheet so near that the surface does not bend between them beyond rounding;
+    /// `None` for others.
+    fn straight(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> Option<Path<D>> {
+        let chord = to.point - from.point;
+        let length = chord.norm();
+        let size = from.point.amax() + self.size();
+        if length > NEAR * size || !self.same_sheet(from, to) {
+            return None;
+        }
+        let rounding = ROUNDINGS * f64::EPSILON * size;
+        let mut scratch = Geometry::new(D - self.surface.intrinsic_dimension());
+        let mut normals = [Vector::zeros(); 2];
+        let mut curvature = 0.0;
+        for (node, normal) in [from, to].into_iter().zip(&mut normals) {
+            if self.surface.geometry(&node.point, node.place, &mut scratch) {
+                *normal = scratch.normal(0);
+                let along = scratch.project(&chord);
+                let off = (chord - along).norm();
+                if let Some(tangent) = along.try_normalize(0.0) {
+                    curvature = scratch.bend(&tangent).norm().max(curvature);
+                }
+                if off > rounding + FLAT * length {
+                    return None;
+                }
+            } else if length > rounding {
+                return None;
+            }
+        }
+        if length > rounding && curvature * length > FLAT {
+            return None;
+        }
+        let mut height_errors = HeightErrors::default();
+        let (error, radius) = (
+            self.surface.height_error(from.place),
+            self.surface.resolution(from.place),
+        );
+        // Within a chart's radius errors are one and the same.
+        height_errors.add(radius, curvature, error, radius);
+        let of_chart = height_errors.length_error();
+        Some(Path {
+            status: Status::Converged,
+            length,
+            length_error: rounding.min(length),
+            surface_error: if radius > 0.0 {
+                of_chart / radius * length
+            } else {
+                0.0
+            },
+            stable: true,
+            points: vec![from.point, to.point],
+            normals: normals.to_vec(),
+            arc_length: vec![0.0, length],
+            ..Path::none()
+        })
+    }
+
+    /// Both lie beside one node of the graph.
+    fn same_sheet(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> bool {
+        let (start, end) = (self.entrances(from), self.entrances(to));
+        let mut shared = start.iter();
+        start.is_empty() || shared.any(|one| end.iter().any(|other| other.0 == one.0))
+    }
+
+    /// The largest coordinate of the graph's nodes.
+    fn size(&self) -> f64 {
+        *self.size.get_or_init(|| {
+            let nodes = self.graph.nodes.iter();
+            nodes.map(|node| node.point.amax()).fold(0.0, f64::max)
+        })
     }
 
     fn take_workspace(&self) -> Workspace<D, S::Place> {

@@ -343,8 +343,9 @@ fn finish<const D: usize, S: Surface<D>>(
             let tangent = solver.scratch.project(&chord);
             if stretch > 0.0 && tangent.norm() > 0.0 {
                 let curvature = solver.scratch.bend(&tangent.normalize()).norm();
+                let nodes = [before, i, after].map(|i| &taut.curve.nodes[i]);
                 let (error, radius) = (
-                    surface.height_error(node.place),
+                    surface.height_error_along(nodes),
                     surface.resolution(node.place),
                 );
                 height_errors.add(stretch, curvature, error, radius);

@@ -107,6 +107,9 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Origin<D, S::Place>,
         settings: &Settings,
     ) -> Path<D> {
+        if let Some(path) = self.straight(&from.node, &to.node) {
+            return path;
+        }
         let longest = DETOUR * from.distance(to);
         if longest == f32::INFINITY {
             let [start, end] = [from, to].map(|origin| origin.entrances.first().map(|e| e.0));
