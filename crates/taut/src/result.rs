@@ -55,6 +55,9 @@ pub struct Path<const D: usize> {
     pub surface_error: f64,
     /// The path is a strict local minimum of length: no direction shortens it at second order.
     pub stable: bool,
+    /// Known to be the shortest path: rays in all directions from one end, everywhere dense enough that none could arrive
+    /// unseen, found no shorter one. `false` where that is not known.
+    pub shortest: bool,
     /// Largest geodesic curvature left, 1 / length.
     pub max_geodesic_curvature: f64,
     /// Largest distance of a node from the surface.
@@ -79,6 +82,7 @@ impl<const D: usize> Path<D> {
             length_error: 0.0,
             surface_error: 0.0,
             stable: false,
+            shortest: false,
             max_geodesic_curvature: 0.0,
             max_off_surface: 0.0,
             steps: 0,

@@ -54,6 +54,22 @@ const SQUARED: f64 = 64.0;
 /// Relative change of the length below which a step need not be taken: before that it betters the guess for what
 /// follows.
 const NOT_WORTH_A_STEP: f64 = 1e-10;
+/// Shift of the first regularised step, per relative error of the length allowed, and its bounds. Directions that bend the
+/// energy less than this have no curvature to rounding: the ends are conjugate, or all but so.
+const SINGULAR: f64 = 4e3;
+const LEAST_SHIFTS: [f64; 2] = [1e-11, 1e-4];
+/// Shifts grow by this factor from the first that follows, up to the flow's own scale.
+const FIRST_SHIFT: f64 = 1e-3;
+const SHIFT_GROWTH: f64 = 8.0;
+const FLOW_SHIFT: f64 = 4.0;
+/// Regularised steps move no node by more than this share of the length, as far as the energy's expansion holds.
+const TRUSTED: f64 = 0.1;
+const TRUSTED_STEP: f64 = 0.3;
+/// A path whose ends are conjugate is taut where within [`TRUSTED`] no more than this many tolerances are left to be gained.
+const SINGULAR_LEFT: f64 = 25.0;
+const MOST_SINGULAR_LEFT: f64 = 1e-6;
+/// Moves off a saddle, in shares of the length.
+const ESCAPES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3];
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
 
@@ -66,6 +82,29 @@ fn left_by(change: f64, before: Option<f64>, rim: f64) -> f64 {
     }
     let shown = before.map_or(0.0, |before| change * (change / before).powi(2));
     shown.max(SQUARED * change * change)
+}
+
+/// What a step regularised by `shift`, which would change the length by the share `change`, leaves to be gained within
+/// [`TRUSTED`]: in a direction that hardly bends the energy the gradient is at most sqrt(2 change shift), and a curvature that is
+/// `negative` at most -shift.
+fn left_by_regularised(change: f64, shift: f64, negative: bool) -> f64 {
+    let bend = if negative {
+        0.5 * shift * TRUSTED * TRUSTED
+    } else {
+        0.0
+    };
+    change + TRUSTED * (2.0 * change * shift).sqrt() + bend
+}
+
+/// The shift to try after one that was of no use.
+fn next_shift(shift: f64, least: f64) -> f64 {
+    if shift == 0.0 {
+        least
+    } else if shift < FLOW_SHIFT {
+        (SHIFT_GROWTH * shift).max(FIRST_SHIFT)
+    } else {
+        4.0 * shift
+    }
 }
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
@@ -115,7 +154,9 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             return Some(level);
         }
         self.weigh(curve);
+        let k = surface.intrinsic_dimension();
         let mut shift = 0.0;
+        let least_shift = (SINGULAR * tolerance).clamp(LEAST_SHIFTS[0], LEAST_SHIFTS[1]);
         let mut last_change = None;
         while level.steps < most_steps {
             let rim = self.assemble(surface, curve, measure)?;
@@ -134,7 +175,21 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                         self.is_current = true;
                         return Some(level);
                     }
-                    if let Some((trial, energy)) = self.attempt(surface, curve, measure) {
+                    if shift == least_shift && rim == 0.0 {
+                        let singular = level.index != Some(0);
+                        let left = left_by_regularised(change, shift, singular);
+                        if left < (SINGULAR_LEFT * tolerance).min(MOST_SINGULAR_LEFT) {
+                            (level.converged, level.left) = (true, left);
+                            level.index = level.index.filter(|_| !singular);
+                            self.is_current = true;
+                            return Some(level);
+                        }
+                    }
+                    let trusted = shift == 0.0
+                        || shift >= FLOW_SHIFT
+                        || self.longest_step(k) <= TRUSTED_STEP * measure.length;
+                    let attempt = trusted.then(|| self.attempt(surface, curve, measure));
+                    if let Some((trial, energy)) = attempt.flatten() {
                         let rounding = 1e-14 * (curve.degree * curve.degree) as f64 * penalised;
                         if energy <= penalised + rounding {
                             accepted = Some((trial, change));
@@ -145,7 +200,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                         break;
                     }
                 }
-                shift = if shift == 0.0 { 4.0 } else { shift * 4.0 };
+                shift = next_shift(shift, least_shift);
             }
             level.steps += 1;
             let Some((trial, change)) = accepted else {
@@ -157,7 +212,11 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             measure = trial;
             std::mem::swap(&mut self.pull, &mut self.trial_pull);
             level.measure = measure;
-            level.left = left_by(change, last_change.filter(|_| shift == 0.0), rim);
+            level.left = if shift == 0.0 {
+                left_by(change, last_change, rim)
+            } else {
+                left_by_regularised(change, shift, level.index != Some(0))
+            };
             last_change = (shift == 0.0).then_some(change);
             if shift == 0.0 && level.left < tolerance {
                 level.converged = true;
@@ -169,7 +228,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     }
 
     /// The direction in which the path shortens most at second order, if the last Hessian had one:
-    /// inverse iteration from a fixed generic start. Moves the path along it.
+    /// inverse iteration from a fixed generic start. Moves the path along it, to the side where it becomes shorter.
     pub fn escape<S: Surface<D, Place = P>>(
         &mut self,
         surface: &S,
@@ -200,18 +259,44 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             }
         }
         let direction = self.step.clone();
-        for size in [0.2, -0.2, 0.1, -0.1, 0.05, -0.05, 0.02, -0.02] {
-            for (target, value) in self.step.iter_mut().zip(&direction) {
-                *target = size * measure.length * value;
+        let mut least = measure.energy + rim;
+        let mut best = None;
+        for size in ESCAPES {
+            let before = least;
+            for signed in [size, -size] {
+                for (target, value) in self.step.iter_mut().zip(&direction) {
+                    *target = signed * measure.length * value;
+                }
+                if let Some((_, energy)) = self.attempt(surface, curve, measure)
+                    && energy < least
+                {
+                    least = energy;
+                    best = Some(self.trial.clone());
+                }
             }
-            if let Some((_, energy)) = self.attempt(surface, curve, measure)
-                && energy < measure.energy + rim
-            {
-                std::mem::swap(&mut curve.nodes, &mut self.trial);
-                return Some(());
+            // The valley beside the saddle lies farther out than this.
+            if best.is_some() && least == before {
+                break;
             }
         }
-        None
+        curve.nodes = best?;
+        Some(())
+    }
+
+    /// The longest move of a node that the step asks for.
+    fn longest_step(&self, k: usize) -> f64 {
+        let squares = self
+            .step
+            .chunks(k)
+            .map(|step| step.iter().map(|s| s * s).sum());
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    /// The Gauss curvature of a surface of dimension 2 at interior node `i` of the path last solved, as it was before the
+    /// last step.
+    pub fn gauss_curvature(&self, i: usize) -> f64 {
+        let [first, both, last] = self.geometries[i - 1].bends();
+        first.dot(&last) - both.norm_squared()
     }
 
     /// Prepares [`geodesic_curvature`](Self::geodesic_curvature) at the nodes of a curve.
