@@ -249,6 +249,9 @@ pub struct PathFlags {
     /// Also up to N further paths, such as round the other side of a hole
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     pub alternatives: usize,
+    /// Find out whether the path is the shortest there is, by rays in all directions: some milliseconds a pair
+    #[arg(long)]
+    pub prove_shortest: bool,
     /// One JSON object for each pair, on a line of its own
     #[arg(long)]
     pub json: bool,

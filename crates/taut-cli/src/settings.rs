@@ -83,6 +83,7 @@ impl From<CorrectionFlags> for correction::Settings {
             tolerance: flags.tolerance,
             most_nodes: flags.most_nodes,
             scheme: flags.correction.into(),
+            ..Self::default()
         }
     }
 }
@@ -489,7 +490,10 @@ impl TryFrom<PathFlags> for PathSettings {
         Ok(Self {
             source: flags.surface.try_into()?,
             ends,
-            correction: flags.correction.into(),
+            correction: correction::Settings {
+                prove_shortest: flags.prove_shortest,
+                ..flags.correction.into()
+            },
             alternatives: flags.alternatives,
             json: flags.json,
             points: flags.points,

@@ -225,7 +225,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             }
         }
         rays.merge(paths);
-        if settings.prove_shortest && shortest_only {
+        if settings.prove_shortest {
             rays.prove(&self.surface, &guesses[0], settings, solver);
         }
         rays.best_first()

@@ -103,14 +103,18 @@ impl<const D: usize> Path<D> {
         }
     }
 
+    /// The place halfway along the chords between the nodes.
+    pub(crate) fn halfway(&self) -> Vector<D> {
+        curve::halfway(self.points.iter().copied())
+    }
+
     /// Both converged, to the same length and the same place halfway.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let halfway = |path: &Self| curve::halfway(path.points.iter().copied());
         let slack = 2.0 * (self.length_error + other.length_error);
         self.converged()
             && other.converged()
             && (self.length - other.length).abs() <= slack
-            && (halfway(self) - halfway(other)).norm() <= 0.01 * self.length
+            && (self.halfway() - other.halfway()).norm() <= 0.01 * self.length
     }
 
     /// The estimated relative error is within the tolerance asked for.

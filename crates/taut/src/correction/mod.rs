@@ -74,7 +74,7 @@ impl<const D: usize, P: Copy> Taut<D, P> {
             && (self.halfway() - other.halfway()).norm() <= 0.02 * self.length()
     }
 
-    fn halfway(&self) -> Vector<D> {
+    pub fn halfway(&self) -> Vector<D> {
         curve::halfway(self.curve.nodes.iter().map(|node| node.point))
     }
 }
@@ -391,7 +391,7 @@ mod tests {
         );
         let mut solver = Solver::new(1);
         let a = Vector::<3>::new(1.0, 0.0, 0.0);
-        for angle in [0.1f64, 1.0, 2.0, 3.0] {
+        for angle in [0.1f64, 1.0, 2.0, 3.0, std::f64::consts::PI] {
             let b = Vector::<3>::new(angle.cos(), angle.sin() * 0.6, angle.sin() * 0.8);
             let c = (a + b + Vector::<3>::new(0.1, 0.2, 0.5)).normalize();
             let guess = [a, c, b].map(|point| Node { point, place: () });

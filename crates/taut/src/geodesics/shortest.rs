@@ -18,6 +18,8 @@ const LONGER: f64 = 1.03;
 const CLOSE: f64 = 1e-5;
 /// An arrival turns by so much on an element, in radians.
 const TURNING: f64 = 1.6;
+/// A path pulled taut has not moved farther halfway, in shares of its length.
+const SAME_PLACE: f64 = 0.01;
 const MOST_PULLED: usize = 8;
 const MOST_RAYS: usize = 192;
 const MOST_RAYS_OF_PROOF: usize = 4096;
@@ -165,7 +167,11 @@ pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
             pulled = false;
             continue;
         };
+        let halfway = straight.taut.halfway();
         let path = correction::tighten(surface, straight, settings, solver);
+        let moved = (path.halfway() - halfway).norm();
+        // Else it is another geodesic than the one that arrived.
+        pulled &= moved <= SAME_PLACE * path.length;
         if path.converged() {
             found.merge(vec![path]);
         } else {
