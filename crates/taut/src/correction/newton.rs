@@ -5,6 +5,9 @@
 //! flow (10) with the curvature term that makes its convergence quadratic. Levenberg's shift of the
 //! diagonal is a flow step of the size 1 / shift.
 
+mod escape;
+mod shift;
+
 use crate::Vector;
 use crate::correction::band::Band;
 use crate::correction::curve::{Curve, Measure};
@@ -48,64 +51,11 @@ pub(crate) struct Solver<const D: usize, P> {
 /// into its rim by less than a twentieth of a chart's radius.
 const RIM_STIFFNESS: f64 = 40.0;
 const MOST_SHIFTS: usize = 24;
-/// Share of the length that a Newton step leaves, per square of the share that it changes: below 1 for
-/// most paths, up to 30 where the ends are nearly conjugate.
-const SQUARED: f64 = 64.0;
 /// Relative change of the length below which a step need not be taken: before that it betters the guess for what
 /// follows.
 const NOT_WORTH_A_STEP: f64 = 1e-10;
-/// Shift of the first regularised step, per relative error of the length allowed, and its bounds. Directions that bend the
-/// energy less than this have no curvature to rounding: the ends are conjugate, or all but so.
-const SINGULAR: f64 = 4e3;
-const LEAST_SHIFTS: [f64; 2] = [1e-11, 1e-4];
-/// Shifts grow by this factor from the first that follows, up to the flow's own scale.
-const FIRST_SHIFT: f64 = 1e-3;
-const SHIFT_GROWTH: f64 = 8.0;
-const FLOW_SHIFT: f64 = 4.0;
-/// Regularised steps move no node by more than this share of the length, as far as the energy's expansion holds.
-const TRUSTED: f64 = 0.1;
-const TRUSTED_STEP: f64 = 0.3;
-/// A path whose ends are conjugate is taut where within [`TRUSTED`] no more than this many tolerances are left to be gained.
-const SINGULAR_LEFT: f64 = 25.0;
-const MOST_SINGULAR_LEFT: f64 = 1e-6;
-/// Moves off a saddle, in shares of the length.
-const ESCAPES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3];
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
-
-/// What a step that changes the length by the share `change` leaves to be changed: Newton's method
-/// squares it times a factor, [`SQUARED`] or what the step before, if that was Newton's too, shows. A
-/// rim's energy is not smooth where the path meets it.
-fn left_by(change: f64, before: Option<f64>, rim: f64) -> f64 {
-    if rim > 0.0 {
-        return change;
-    }
-    let shown = before.map_or(0.0, |before| change * (change / before).powi(2));
-    shown.max(SQUARED * change * change)
-}
-
-/// What a step regularised by `shift`, which would change the length by the share `change`, leaves to be gained within
-/// [`TRUSTED`]: in a direction that hardly bends the energy the gradient is at most sqrt(2 change shift), and a curvature that is
-/// `negative` at most -shift.
-fn left_by_regularised(change: f64, shift: f64, negative: bool) -> f64 {
-    let bend = if negative {
-        0.5 * shift * TRUSTED * TRUSTED
-    } else {
-        0.0
-    };
-    change + TRUSTED * (2.0 * change * shift).sqrt() + bend
-}
-
-/// The shift to try after one that was of no use.
-fn next_shift(shift: f64, least: f64) -> f64 {
-    if shift == 0.0 {
-        least
-    } else if shift < FLOW_SHIFT {
-        (SHIFT_GROWTH * shift).max(FIRST_SHIFT)
-    } else {
-        4.0 * shift
-    }
-}
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     pub fn new(codimension: usize) -> Self {
@@ -156,7 +106,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         self.weigh(curve);
         let k = surface.intrinsic_dimension();
         let mut shift = 0.0;
-        let least_shift = (SINGULAR * tolerance).clamp(LEAST_SHIFTS[0], LEAST_SHIFTS[1]);
+        let least_shift = shift::least_shift(tolerance);
         let mut last_change = None;
         while level.steps < most_steps {
             let rim = self.assemble(surface, curve, measure)?;
@@ -177,17 +127,16 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                     }
                     if shift == least_shift && rim == 0.0 {
                         let singular = level.index != Some(0);
-                        let left = left_by_regularised(change, shift, singular);
-                        if left < (SINGULAR_LEFT * tolerance).min(MOST_SINGULAR_LEFT) {
+                        let left = shift::left_by_regularised(change, shift, singular);
+                        if left < shift::most_left(tolerance) {
                             (level.converged, level.left) = (true, left);
                             level.index = level.index.filter(|_| !singular);
                             self.is_current = true;
                             return Some(level);
                         }
                     }
-                    let trusted = shift == 0.0
-                        || shift >= FLOW_SHIFT
-                        || self.longest_step(k) <= TRUSTED_STEP * measure.length;
+                    let moved = self.longest_step(k) / measure.length;
+                    let trusted = shift::is_trusted(shift, moved);
                     let attempt = trusted.then(|| self.attempt(surface, curve, measure));
                     if let Some((trial, energy)) = attempt.flatten() {
                         let rounding = 1e-14 * (curve.degree * curve.degree) as f64 * penalised;
@@ -200,7 +149,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                         break;
                     }
                 }
-                shift = next_shift(shift, least_shift);
+                shift = shift::next_shift(shift, least_shift);
             }
             level.steps += 1;
             let Some((trial, change)) = accepted else {
@@ -212,10 +161,10 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             measure = trial;
             std::mem::swap(&mut self.pull, &mut self.trial_pull);
             level.measure = measure;
-            level.left = if shift == 0.0 {
-                left_by(change, last_change, rim)
+            level.left = if shift == 0.0 || rim > 0.0 {
+                shift::left_by(change, last_change, rim)
             } else {
-                left_by_regularised(change, shift, level.index != Some(0))
+                shift::left_by_regularised(change, shift, level.index != Some(0))
             };
             last_change = (shift == 0.0).then_some(change);
             if shift == 0.0 && level.left < tolerance {
@@ -225,62 +174,6 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             shift = if shift > 16.0 { shift / 16.0 } else { 0.0 };
         }
         Some(level)
-    }
-
-    /// The direction in which the path shortens most at second order, if the last Hessian had one:
-    /// inverse iteration from a fixed generic start. Moves the path along it, to the side where it becomes shorter.
-    pub fn escape<S: Surface<D, Place = P>>(
-        &mut self,
-        surface: &S,
-        curve: &mut Curve<D, P>,
-    ) -> Option<()> {
-        let measure = curve.measure(&mut self.pull);
-        self.weigh(curve);
-        let rim = self.assemble(surface, curve, measure)?;
-        let mut shift = 4.0;
-        while self.factor(shift) != Some(0) {
-            shift *= 2.0;
-            if shift > 1e12 {
-                return None;
-            }
-        }
-        for (i, value) in self.step.iter_mut().enumerate() {
-            *value = (1.0 + i as f64).sin();
-        }
-        let k = surface.intrinsic_dimension();
-        for _ in 0..12 {
-            for (i, value) in self.step.iter_mut().enumerate() {
-                *value *= self.masses[1 + i / k];
-            }
-            self.band.solve(&mut self.step);
-            let largest = self.step.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            for value in &mut self.step {
-                *value /= largest;
-            }
-        }
-        let direction = self.step.clone();
-        let mut least = measure.energy + rim;
-        let mut best = None;
-        for size in ESCAPES {
-            let before = least;
-            for signed in [size, -size] {
-                for (target, value) in self.step.iter_mut().zip(&direction) {
-                    *target = signed * measure.length * value;
-                }
-                if let Some((_, energy)) = self.attempt(surface, curve, measure)
-                    && energy < least
-                {
-                    least = energy;
-                    best = Some(self.trial.clone());
-                }
-            }
-            // The valley beside the saddle lies farther out than this.
-            if best.is_some() && least == before {
-                break;
-            }
-        }
-        curve.nodes = best?;
-        Some(())
     }
 
     /// The longest move of a node that the step asks for.

@@ -47,7 +47,6 @@ const FIRST_RAYS: usize = 16;
 const NARROWEST: f64 = 1e-4;
 /// Errors of steps, relative: at first, and at least.
 const TOLERANCE: f64 = 1e-6;
-const TOLERANCE_ON_CLOUDS: f64 = 1e-6;
 const LEAST_TOLERANCE: f64 = 1e-13;
 /// Of steps, in shares of the largest miss over the scale.
 const OF_MISSES: f64 = 1e-4;
@@ -104,11 +103,7 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
         aim,
         from: *from,
         longest,
-        tolerance: if aim.surface.resolution(from.place) > 0.0 {
-            TOLERANCE_ON_CLOUDS
-        } else {
-            TOLERANCE
-        },
+        tolerance: TOLERANCE,
         floor: 0.0,
         rays: 0,
         most_rays,

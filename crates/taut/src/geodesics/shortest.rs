@@ -21,6 +21,8 @@ const TURNING: f64 = 1.6;
 /// A path pulled taut has not moved farther halfway, in shares of its length.
 const SAME_PLACE: f64 = 0.01;
 const MOST_PULLED: usize = 8;
+/// Errors of rays, relative, by the surface's own error, from which on they tell nothing.
+const MOST_ROUGH: f64 = 1e-4;
 const MOST_RAYS: usize = 192;
 const MOST_RAYS_OF_PROOF: usize = 4096;
 
@@ -148,6 +150,9 @@ pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
         target: *to,
         scale: known,
     };
+    if aim.roughness(from) > MOST_ROUGH {
+        return found;
+    }
     let most_rays = if settings.prove_shortest {
         MOST_RAYS_OF_PROOF
     } else {
