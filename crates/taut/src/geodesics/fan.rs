@@ -135,10 +135,7 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
         .sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
     // All of these are as long as each other to what a ray can tell, as all meridians from pole to pole are.
     for (angle, length) in fan.touching.iter().take(2) {
-        arrivals.extend(
-            fan.shot(*angle, *length)
-                .map(|(ray, pass)| Arrival { ray, pass }),
-        );
+        arrivals.extend(fan.shot(*angle, *length));
     }
     arrivals.sort_by(|a, b| a.length().total_cmp(&b.length()));
     Some(Sweep {
@@ -249,12 +246,12 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
     }
 
     /// The ray at an angle up to its pass near a length.
-    fn shot(&self, angle: f64, length: f64) -> Option<(Ray<D, S::Place>, Pass<D, S::Place>)> {
+    fn shot(&self, angle: f64, length: f64) -> Option<Arrival<D, S::Place>> {
         let tolerance = (0.1 * self.tolerance).max(LEAST_TOLERANCE);
         let until = length + TOGETHER * self.aim.scale;
         let ray = self.aim.shoot(&self.from, angle, until, tolerance)?;
         let pass = *ray.pass_near(length)?;
-        Some((ray, pass))
+        Some(Arrival { ray, pass })
     }
 
     /// Where rays arrive in a bracket: Newton's method by the Jacobi field, halving where that does not help. `None` where a
@@ -266,8 +263,8 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
         let mut best: Option<Arrival<D, S::Place>> = None;
         let found = FOUND.max(0.1 * self.tolerance) * self.aim.scale;
         for _ in 0..MOST_SHOTS {
-            let (ray, pass) = self.shot(angle, 0.5 * (low.length + high.length))?;
-            let side = side(angle, &pass);
+            let shot = self.shot(angle, 0.5 * (low.length + high.length))?;
+            let side = side(angle, &shot.pass);
             if (side.miss < 0.0) == (low.miss < 0.0) {
                 low = side;
             } else {
@@ -277,7 +274,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
                 .as_ref()
                 .map_or(f64::INFINITY, |best| best.pass.miss.abs());
             if side.miss.abs() < before {
-                best = Some(Arrival { ray, pass });
+                best = Some(shot);
             }
             let spread = side.jacobi.abs().max(FOUND * self.aim.scale);
             if side.miss.abs().min((high.angle - low.angle) * spread) <= found {
