@@ -140,7 +140,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                     let attempt = trusted.then(|| self.attempt(surface, curve, measure));
                     if let Some((trial, energy)) = attempt.flatten() {
                         let rounding = 1e-14 * (curve.degree * curve.degree) as f64 * penalised;
-                        if energy <= penalised + rounding {
+                        let wanted = shift::least_decrease(shift, decrement);
+                        if energy <= penalised - wanted + rounding {
                             accepted = Some((trial, change));
                             break;
                         }

@@ -14,6 +14,8 @@ const FLOW_SHIFT: f64 = 4.0;
 /// How far the energy's expansion is taken to hold, in shares of the length, and the longest step by a small shift.
 const TRUSTED: f64 = 0.1;
 const TRUSTED_STEP: f64 = 0.3;
+/// Share of the predicted decrease that a step by a small shift has to bring.
+const AS_PREDICTED: f64 = 0.1;
 /// A path whose ends are conjugate is taut where within [`TRUSTED`] no more than this many tolerances are left to be gained.
 const SINGULAR_LEFT: f64 = 25.0;
 const MOST_SINGULAR_LEFT: f64 = 1e-6;
@@ -60,6 +62,16 @@ pub(super) fn least_shift(tolerance: f64) -> f64 {
 /// How much may be left to be gained where the ends are conjugate.
 pub(super) fn most_left(tolerance: f64) -> f64 {
     (SINGULAR_LEFT * tolerance).min(MOST_SINGULAR_LEFT)
+}
+
+/// The least decrease of the energy with which a step is taken: of one by a small shift, which may be long, a share of what was
+/// predicted, as else the next shift does better.
+pub(super) fn least_decrease(shift: f64, predicted: f64) -> f64 {
+    if shift > 0.0 && shift < FLOW_SHIFT {
+        AS_PREDICTED * predicted
+    } else {
+        0.0
+    }
 }
 
 /// Whether a step by a shift that moves a node by a share of the length at most is worth to be tried.
