@@ -71,6 +71,8 @@ pub struct FoundPath {
     /// What the surface adds; 0 for equations, None if unknown.
     pub surface_error: Option<f64>,
     pub stable: bool,
+    /// Known to be the shortest; else unknown.
+    pub shortest: bool,
     pub max_geodesic_curvature: Option<f64>,
     pub max_off_surface: Option<f64>,
     pub steps: usize,
@@ -147,6 +149,7 @@ impl FoundPath {
             length_error: known(path.length_error),
             surface_error: known(path.surface_error),
             stable: path.stable,
+            shortest: path.shortest,
             max_geodesic_curvature: known(path.max_geodesic_curvature),
             max_off_surface: known(path.max_off_surface),
             steps: path.steps,
@@ -164,6 +167,7 @@ impl FoundPath {
             length_error: Some(0.0),
             surface_error: Some(0.0),
             stable: true,
+            shortest: true,
             max_geodesic_curvature: Some(0.0),
             max_off_surface: None,
             steps: 0,

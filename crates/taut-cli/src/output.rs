@@ -137,6 +137,9 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
     line(out, "length", &with_errors(length, path))?;
     line(out, "status", path.outcome.word())?;
     line(out, "stable", yes_or_no(path.stable))?;
+    if path.shortest {
+        line(out, "shortest", "yes (rays found no shorter way)")?;
+    }
     line(out, "nodes", &path.nodes().to_string())?;
     line(
         out,
@@ -286,6 +289,8 @@ struct JsonPath<'a> {
     converged: bool,
     status: &'static str,
     stable: bool,
+    /// Null where that is not known.
+    shortest: Option<bool>,
     nodes: usize,
     max_geodesic_curvature: Option<f64>,
     max_off_surface: Option<f64>,
@@ -336,6 +341,7 @@ impl<'a> JsonPath<'a> {
             converged: path.outcome == Outcome::Asked(Status::Converged),
             status: path.outcome.word(),
             stable: path.stable,
+            shortest: path.shortest.then_some(true),
             nodes: path.nodes(),
             max_geodesic_curvature: path.max_geodesic_curvature,
             max_off_surface: path.max_off_surface,

@@ -1,6 +1,10 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
+mod fan;
 mod pairs;
+mod ray;
+mod runge_kutta;
+mod shortest;
 
 pub use pairs::{Guess, Origin};
 
@@ -49,6 +53,11 @@ const NEAR: f64 = 1e-9;
 const FLAT: f64 = 1e-6;
 /// ... and its length is known to so many roundings of coordinates.
 const ROUNDINGS: f64 = 16.0;
+/// A path that turns by this much, in radians, may have another way round the surface that the few samples of an equation make
+/// longer than it is: there detours up to this factor are looked at as well, and polylines within this one pulled taut.
+const ROUND: f64 = 2.2;
+const DETOUR_ROUND: f32 = 1.3;
+const CLOSE_ROUND: f64 = 1.03;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 
@@ -136,15 +145,18 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             return vec![path];
         }
         let mut workspace = self.take_workspace();
-        let mut guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
-        let is_joined = !guesses.is_empty();
+        let Workspace { search, solver } = &mut workspace;
+        let mut first = self.guesses(from, to, guesses, detour, search);
+        let is_joined = !first.is_empty();
         let may_be = is_joined || self.is_unknown(self.entrance(from), self.entrance(to));
         if may_be {
-            guesses.extend(self.surface.ways(from, to, is_joined));
+            first.extend(self.surface.ways(from, to, is_joined));
         }
-        let mut paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
+        let is_unknown = may_be && first.is_empty();
+        let more = || self.guesses(from, to, guesses, DETOUR_ROUND, search);
+        let mut paths = self.pull_taut(first, more, settings, close, solver);
         self.put_back(workspace);
-        if may_be && guesses.is_empty() {
+        if is_unknown {
             paths.push(Path::unknown());
         }
         paths
@@ -237,24 +249,51 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The distinct geodesics that the guesses lead to, shortest first.
+    /// The distinct geodesics that the guesses lead to, shortest first; `more` gives the same guesses and longer ones behind them.
     fn pull_taut(
         &self,
-        guesses: &[Vec<Node<D, S::Place>>],
+        mut guesses: Vec<Vec<Node<D, S::Place>>>,
+        more: impl FnOnce() -> Vec<Vec<Node<D, S::Place>>>,
         settings: &Settings,
-        close: f64,
+        mut close: f64,
         solver: &mut Solver<D, S::Place>,
     ) -> Vec<Path<D>> {
-        let mut straight: Vec<Straight<D, S::Place>> = guesses
-            .iter()
-            .filter_map(|guess| correction::straighten(&self.surface, guess, solver))
-            .collect();
+        let shortest_only = close == CLOSE;
+        let mut straight: Vec<Straight<D, S::Place>> = Vec::new();
+        let mut rays = None;
+        let mut more = shortest_only.then_some(more);
+        let mut next = 0;
+        while let Some(guess) = guesses.get(next) {
+            next += 1;
+            let Some(found) = correction::straighten(&self.surface, guess, solver) else {
+                continue;
+            };
+            // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by little; rays do.
+            if rays.is_none() && shortest::nearly_conjugate(&self.surface, guess, found.spread) {
+                let known = found.taut.length();
+                let shot = shortest::by_rays(&self.surface, guess, known, settings, solver);
+                if shortest_only && shot.proves_shortest() {
+                    return shot.best_first();
+                }
+                rays = Some(shot);
+            }
+            let on_samples = self.surface.resolution(guess[0].place) == 0.0;
+            if found.turning() > ROUND
+                && on_samples
+                && let Some(more) = more.take()
+            {
+                close = CLOSE_ROUND;
+                guesses.extend(more().into_iter().skip(guesses.len()));
+            }
+            straight.push(found);
+        }
         straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
         let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
             // Where there are guesses the points are connected, if by none that can be followed.
             return guesses.first().map(|_| Path::lost()).into_iter().collect();
         };
-        let mut paths: Vec<Path<D>> = Vec::new();
+        let mut rays = rays.unwrap_or_default();
+        let mut paths: Vec<Path<D>> = std::mem::take(&mut rays.paths);
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
         let mut longest = close * shortest;
         let mut change: f64 = 0.0;
@@ -279,12 +318,11 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 paths.push(path);
             }
         }
-        paths.sort_by(|a, b| {
-            distrust(a)
-                .cmp(&distrust(b))
-                .then(a.length.total_cmp(&b.length))
-        });
-        paths
+        rays.merge(paths);
+        if settings.prove_shortest {
+            rays.prove(&self.surface, &guesses[0], settings, solver);
+        }
+        rays.best_first()
     }
 
     /// The nodes of the graph that a point is joined to, and how long the joins are.
@@ -349,14 +387,5 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                     .collect()
             })
             .collect()
-    }
-}
-
-/// A path that converged is trusted before one that did not, and one that left the surface last.
-fn distrust<const D: usize>(path: &Path<D>) -> u8 {
-    match path.status {
-        Status::Converged => 0,
-        Status::NotTaut | Status::NotResolved => 1,
-        Status::OffSurface | Status::NoPath | Status::Unknown => 2,
     }
 }
