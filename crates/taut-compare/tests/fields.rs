@@ -102,15 +102,15 @@ fn beside_caustics_fields_neither_jump_nor_fall_short() {
         let geodesics = geodesics(&case.points);
         let (_, values) = field(&geodesics, &[(source, 0.0)], &Settings::default());
         let distances: Vec<f64> = values.iter().map(|value| value.distance).collect();
-        assert_eq!(case.jumps(&distances, 0.1), 0, "{name}");
+        let torn = case.jumps(&distances, 0.1);
         let truth = case.distances(source);
         let truth = (0..case.rows)
             .step_by(11)
             .filter_map(|row| Some((row, truth(row)?)));
         let [mean, most, covered] = judged(&values, &truth.collect::<Vec<_>>(), case.near());
         assert!(
-            mean < 1e-4 && most < 2e-3 && covered > 0.96,
-            "{name} {mean:e} {most:e} {covered}"
+            torn == 0 && mean < 1e-4 && most < 2e-3 && covered > 0.96,
+            "{name} {torn} {mean:e} {most:e} {covered}"
         );
     }
 }

@@ -93,11 +93,12 @@ impl<R: BufRead> Lines<R> {
         }
         self.read += 1;
         let at = |offset: usize| not_text(self.offset + offset as u64);
-        if let Some(zero) = bytes.iter().position(|byte| *byte == 0) {
+        let zero = bytes.iter().position(|byte| *byte == 0);
+        let valid = std::str::from_utf8(&bytes).map_or_else(|e| e.valid_up_to(), str::len);
+        if let Some(zero) = zero.filter(|zero| *zero < valid) {
             return Err(at(zero));
         }
-        self.text =
-            String::from_utf8(bytes).map_err(|error| at(error.utf8_error().valid_up_to()))?;
+        self.text = String::from_utf8(bytes).map_err(|_| at(valid))?;
         Ok(true)
     }
 }

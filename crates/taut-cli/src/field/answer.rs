@@ -27,6 +27,8 @@ pub struct Answer {
     pub moved: Option<Vec<f64>>,
     /// What speaks against the distances, in sentences.
     pub warnings: Vec<String>,
+    /// The number of points without a place on the surface.
+    unusable: usize,
 }
 
 impl Answer {
@@ -42,11 +44,13 @@ impl Answer {
             gradient: Vec::with_capacity(rows * dimension),
             moved,
             warnings: Vec::new(),
+            unusable: 0,
         }
     }
 
     /// The value at the next point; `None` where it has no place on the surface.
     pub fn push<const D: usize>(&mut self, value: Option<&Value<D>>) {
+        self.unusable += usize::from(value.is_none());
         let value = value.copied().unwrap_or(Value {
             distance: f64::NAN,
             error: f64::NAN,
@@ -81,16 +85,10 @@ impl Answer {
         }
     }
 
-    /// The number of points without a place on the surface.
-    fn unusable(&self) -> usize {
-        let moved = self.moved.iter().flatten();
-        moved.filter(|moved| moved.is_nan()).count()
-    }
-
     /// The number of points of which it is unknown whether anything leads there.
     pub fn unknown(&self) -> usize {
         let not_numbers = self.distance.iter().filter(|distance| distance.is_nan());
-        not_numbers.count() - self.unusable()
+        not_numbers.count() - self.unusable
     }
 
     /// What is told of the field. `sources` were asked for, and where it ends with them the `nearest` points.
@@ -123,7 +121,7 @@ impl Answer {
             error_most: errors.last().copied(),
             nearest,
             unreached: count(f64::is_infinite),
-            unusable: self.unusable(),
+            unusable: self.unusable,
             unknown: self.unknown(),
             moved_most: largest_move,
             isolines: None,

@@ -222,7 +222,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 let at = bend.reached;
                 let [x, y] = bend.frame.coordinates(&at.direction);
                 let ahead = y.atan2(x);
-                let turned = sector[1] - sector[0] - CLEAR;
+                let turned = (sector[1] - sector[0] - CLEAR).max(0.0);
                 let doubt = at.doubt + DOUBT * places.spacing[bend.near as usize] * turned;
                 let origin = Origin {
                     node: &bend.node,

@@ -29,6 +29,11 @@ pub(crate) struct Branch {
 }
 
 impl Branch {
+    /// Rays draw together within a few spacings of the graph's nodes.
+    pub fn is_focused(&self, spacing: f64) -> bool {
+        self.jet.curvature * spacing < -FOCUSED
+    }
+
     /// What branches are compared by.
     pub fn believed(&self) -> f64 {
         self.jet.distance + self.doubt

@@ -2,22 +2,26 @@
 //! jets there speak of is put to the proof by shooting, and the shortest geodesic that arrives is believed.
 
 use crate::Vector;
+use crate::correction;
 use crate::field::aim::{Gun, Hit};
 use crate::field::branches::{Branch, MOST_BRANCHES};
 use crate::field::evaluate::{Taken, Value};
 use crate::field::frame::ON_SURFACE;
 use crate::field::jet::{direction_at, turned_by};
 use crate::field::piece::Piece;
-use crate::field::{Field, Fields};
+use crate::field::{Field, Fields, frame};
 use crate::guess::Guide;
 use crate::parallel;
-use crate::surface::Geometry;
+use crate::result::Path;
+use crate::surface::{Geometry, Node};
 
 /// Distances with a larger relative error are doubtful.
 pub(super) const DOUBTFUL: f64 = 1e-3;
 /// Claims of one source whose rays are nearer to each other than so many spacings, and than this angle in radians, are of one ray.
 const SAME_RAY: f64 = 0.3;
 
+/// A surface whose height errs by more than this, in spacings of the graph's nodes, is rough there.
+const ROUGH: f64 = 1e-3;
 /// The nodes around a point that are asked lie no farther from it than so many spacings.
 const CLOSE: f64 = 1.2;
 
@@ -66,8 +70,34 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         Gun::new(self.fields, piece, near, self.tolerance)
     }
 
-    /// What the jets at a node and beside it say of a point near it, shortest first; `None` where some came round a rim, which
-    /// no shot does.
+    /// The shortest path found from a source, pulled taut; `None` where it does not converge.
+    fn path(&self, source: u32, end: &Node<D, S::Place>) -> Option<Path<D>> {
+        let geodesics = self.fields.geodesics;
+        let mut start = geodesics.graph().nodes[self.nodes[source as usize]? as usize];
+        start.point = self.pieces[source as usize].frame.point;
+        let surface = geodesics.surface();
+        if !surface.find_place(&start.point, &mut start.place, &mut Geometry::new(D - 2)) {
+            return None;
+        }
+        let path = geodesics.path(&start, end, &correction::Settings::default());
+        (path.converged() && path.length > 0.0).then_some(path)
+    }
+
+    /// The geodesic to a node by the path pulled taut.
+    fn hit_by_path(&self, source: u32, node: u32) -> Option<Hit<D, S::Place>> {
+        let end = self.fields.geodesics.graph().nodes[node as usize];
+        let path = self.path(source, &end)?;
+        let ahead = self.pieces[source as usize]
+            .frame
+            .log(path.points.get(1)?, ON_SURFACE);
+        let angle = ahead[1].atan2(ahead[0]);
+        let spacing = self.fields.spacing[node as usize];
+        self.gun(source)?
+            .hit((angle, path.length), &end.point, spacing)
+    }
+
+    /// What the jets at a node and beside it say of a point near it, shortest first; `None` beside a source, which is
+    /// measured from, and where some came round a rim, which no shot does.
     fn claims<'b>(
         &self,
         branches: impl Fn(u32) -> &'b [Branch],
@@ -83,10 +113,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
             };
             let v = frame.log(x, ON_SURFACE);
             for (index, branch) in branches(near).iter().enumerate() {
-                if branch.piece.is_some() {
-                    continue;
-                }
-                if branch.jet.heading.is_bent() {
+                if is_fixed(branch) {
                     return None;
                 }
                 let carried = branch.jet.distance_at(v, frame.gauss);
@@ -156,9 +183,22 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let frame = fields.frames[node as usize].as_ref()?;
         let spacing = fields.spacing[node as usize];
         let claims = self.claims(|near| &lists[near as usize], node, &frame.point)?;
-        let proven = self.proven(claims, &frame.point, spacing, spacing);
-        let of_hit = |(claim, mut hit): (Claim, Hit<D, S::Place>)| {
-            self.gun(claim.source)?.look_aside(&mut hit, spacing);
+        let (source, shortest) = claims.first().map(|claim| (claim.source, claim.distance))?;
+        let found = self.proven(claims, &frame.point, spacing, spacing);
+        let mut proven: Vec<_> = found
+            .into_iter()
+            .map(|(claim, hit)| (claim.source, hit))
+            .collect();
+        let least = proven.iter().map(|(_, hit)| hit.jet.distance);
+        let least = least.fold(f64::INFINITY, f64::min);
+        // A claim of a shorter way that no shot bears out may be true nonetheless.
+        if least - shortest > DOUBTFUL * shortest.abs() {
+            let hit = self.hit_by_path(source, node);
+            let shorter = hit.filter(|hit| hit.jet.distance < least * (1.0 - self.tolerance));
+            proven.extend(shorter.map(|hit| (source, hit)));
+        }
+        let of_hit = |(source, mut hit): (u32, Hit<D, S::Place>)| {
+            self.gun(source)?.look_aside(&mut hit, spacing);
             Some(Branch {
                 jet: hit.jet.carried(&hit.knot.frame, frame)?,
                 error: hit.surface_error,
@@ -167,7 +207,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 doubt: 0.0,
                 piece: None,
                 carried: false,
-                source: claim.source,
+                source,
             })
         };
         let mut found: Vec<Branch> = proven.into_iter().filter_map(of_hit).collect();
@@ -198,12 +238,24 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
     }
 }
 
+/// A branch that no shot can prove: measured from a source near by, or come round a rim.
+fn is_fixed(branch: &Branch) -> bool {
+    branch.piece.is_some() || branch.jet.heading.is_bent()
+}
+
 /// A branch whose jets scatter.
 pub(super) fn is_scattered(branch: &Branch) -> bool {
     branch.error + branch.doubt > DOUBTFUL * branch.jet.distance
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The surface itself errs at a node, so that geodesics shot on it prove nothing.
+    fn is_rough(&self, node: u32) -> bool {
+        let place = self.geodesics.graph().nodes[node as usize].place;
+        let error = self.geodesics.surface().height_error(place);
+        error > ROUGH * self.spacing[node as usize]
+    }
+
     /// The value at a point near a node whose jets are doubtful: by the node or those beside it where they agree, else by the
     /// geodesics that they speak of.
     pub(super) fn second_opinion(
@@ -218,10 +270,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let beside = self.adjacent(node).map(|edge| edge.to);
             std::iter::once(node).chain(beside)
         };
-        // Round rims each node knows of other corners.
-        let is_round_rim = |branch: &Branch| branch.jet.heading.is_bent() && branch.piece.is_none();
-        if around(node).any(|near| field.branches(near).iter().any(is_round_rim)) {
-            return first.map(Taken::with_missed);
+        let is_aside = |near: u32| self.is_rough(near) || field.branches(near).iter().any(is_fixed);
+        if field.is_of_curve() || around(node).any(is_aside) {
+            return self.shortest_beside(field, node, x, share, first);
         }
         let most = first.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
         let others = around(node).skip(1).filter_map(|other| {
@@ -259,7 +310,80 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return Some(taken.with_missed());
         }
         let proven = self.proven(field, node, x);
-        Some(proven.unwrap_or_else(|| taken.with_missed()))
+        // A claim of a shorter way that no shot bears out, nor any refutes: the path itself is pulled taut.
+        let is_open = proven
+            .as_ref()
+            .is_none_or(|p| p.value.distance - distance > slack);
+        let settled = proven.filter(|_| !is_open);
+        let settled = settled.or_else(|| self.pulled_taut(field, &taken, node, x));
+        Some(settled.unwrap_or_else(|| taken.with_missed()))
+    }
+
+    /// The value by the path pulled taut from the source that a branch speaks of; `None` where it does not converge.
+    fn pulled_taut(
+        &self,
+        field: &Field<D>,
+        taken: &Taken<D>,
+        node: u32,
+        x: &Vector<D>,
+    ) -> Option<Taken<D>> {
+        let sight = Sight::new(self, &field.pieces, &field.piece_nodes, field.tolerance)?;
+        let surface = self.geodesics.surface();
+        let mut geometry = Geometry::new(D - 2);
+        let mut end = self.geodesics.graph().nodes[node as usize];
+        end.point = surface.foot(x, &mut end.place, &mut geometry)?;
+        let path = sight.path(taken.value.source, &end)?;
+        let here = frame(surface, &end, &mut geometry)?;
+        let back = here.log(path.points.iter().nth_back(1)?, ON_SURFACE);
+        let distance = field.pieces[taken.value.source as usize].start + path.length;
+        Some(Taken {
+            value: Value {
+                distance,
+                error: path.length_error + path.surface_error,
+                source: taken.value.source,
+                direction: -here.vector(back).try_normalize(0.0)?,
+            },
+            believed: distance,
+            missed: 0.0,
+            ..*taken
+        })
+    }
+
+    /// The value by the node, or where rays draw together by one beside it that says of a way shorter by more than its error.
+    fn shortest_beside(
+        &self,
+        field: &Field<D>,
+        node: u32,
+        x: &Vector<D>,
+        share: f64,
+        first: Option<Taken<D>>,
+    ) -> Option<Taken<D>> {
+        let mut taken = first.map(Taken::with_missed);
+        let spacing = self.spacing[node as usize];
+        if !field
+            .branches(node)
+            .iter()
+            .any(|branch| branch.is_focused(spacing))
+        {
+            return taken;
+        }
+        let most = taken.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
+        for other in self.adjacent(node).map(|edge| edge.to) {
+            let Some(frame) = &self.frames[other as usize] else {
+                continue;
+            };
+            let other = field
+                .at(other, frame, x, share, most)
+                .map(Taken::with_missed);
+            let least = taken.as_ref().map_or(f64::INFINITY, |t| t.value.distance);
+            if other
+                .as_ref()
+                .is_some_and(|other| other.value.distance + other.value.error < least)
+            {
+                taken = other;
+            }
+        }
+        taken
     }
 
     /// The value of the shortest geodesic to a point that the jets around it speak of.

@@ -268,8 +268,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let other = others.min_by(|a, b| distance(a).total_cmp(&distance(b)));
             taken = other.or(taken);
         }
-        let focused = |branch: &Branch| branch.jet.curvature * spacing < -FOCUSED;
-        let is_focused = field.branches(node).iter().any(focused);
+        let mut branches = field.branches(node).iter();
+        let is_focused = branches.any(|branch| branch.is_focused(spacing));
         if !is_focused && taken.as_ref().is_some_and(Taken::is_certain) {
             return taken.map(Taken::with_missed);
         }

@@ -75,6 +75,9 @@ impl Heading {
 
     /// How far along the front rays spread alike.
     pub fn even(&self, spacing: f64) -> f64 {
+        if self.range.is_some() || self.is_bent() {
+            return f64::INFINITY;
+        }
         (WIDE * spacing).min(EVEN * (self.turn / self.bow).abs())
     }
 
@@ -96,8 +99,7 @@ pub(crate) const WIDE: f64 = 2.0;
 const EVEN: f64 = 0.5;
 /// Most curvature of the surface, times the square of the step: more is noise, and the series end.
 const MOST_BENT: f64 = 0.3;
-/// Rays drawing together must not come nearer than this share of their distance in one step: where they meet there may be
-/// a caustic, which no jet knows to be passed.
+/// Rays drawing together must not come nearer than this share of their distance in one step.
 const FOCUS: f64 = 0.1;
 
 /// Square of how much longer than the step the growth may come out.
@@ -154,7 +156,7 @@ impl Jet {
         let growth = grow(self.curvature, x, y, gauss)?;
         let front = y / growth.spread;
         let cube = front * front * front / 6.0;
-        self.covers(front).then(|| {
+        self.covers(x, front).then(|| {
             let distance = self.distance + growth.delta + self.change * cube;
             (distance, self.change_error * cube.abs())
         })
@@ -168,7 +170,7 @@ impl Jet {
         let gauss = 0.5 * (from.gauss + to.gauss);
         let growth = grow(self.curvature, x, y, gauss)?;
         let front = y / growth.spread;
-        if !self.covers(front) {
+        if !self.covers(x, front) {
             return None;
         }
         let hand = from.handedness(to);
@@ -226,9 +228,12 @@ impl Jet {
         })
     }
 
-    /// Whether the jet may be used so far along the front to the left.
-    fn covers(&self, front: f64) -> bool {
-        -self.width[0] <= front && front <= self.width[1]
+    /// Whether the jet may be carried so far ahead, and so far along the front to the left. Rays that left a point all round are
+    /// not followed past where they meet: that may be a caustic.
+    fn covers(&self, ahead: f64, front: f64) -> bool {
+        let is_round = self.heading.range.is_none() && !self.heading.is_bent();
+        let meet = is_round && 1.0 + self.curvature * ahead < FOCUS;
+        !meet && -self.width[0] <= front && front <= self.width[1]
     }
 
     /// How far along the front it is back from tangent coordinates `v` to where there are rays of the kind.
@@ -283,7 +288,8 @@ pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
     let reached = x * sine + kappa * squared * versine;
     let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
     // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
-    if 1.0 + kappa * x < FOCUS || discriminant <= 0.0 || discriminant.is_nan() {
+    let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
+    if discriminant <= least || discriminant.is_nan() {
         return None;
     }
     let spread = discriminant.sqrt();

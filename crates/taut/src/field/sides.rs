@@ -42,7 +42,11 @@ pub(crate) fn jet(
     let cut = (change.abs() - most).max(0.0);
     Jet {
         change: change.clamp(-most, most),
-        change_error: cut + uncertainty(fronts, curvature, spacing),
+        change_error: if range.is_none() {
+            cut + uncertainty(fronts, curvature, spacing)
+        } else {
+            0.0
+        },
         width: [heading.even(spacing); 2],
         ..Jet::new(distance, [1.0, 0.0], curvature, heading)
     }

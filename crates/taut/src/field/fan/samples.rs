@@ -70,7 +70,9 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
         let mut jet = sides::jet(distance, [j, slope], sides, (ray.angle, fan.range), spacing);
         for (side, width) in [-1, 1].into_iter().zip(&mut jet.width) {
             let [next, last] = room(fan, index, side, WIDE * spacing / j, length);
-            *width = width.min(last * j).max(AS_FAR * next * j);
+            if fan.range.is_none() {
+                *width = width.min(last * j).max(AS_FAR * next * j);
+            }
         }
         samples.push(Sample {
             frame,

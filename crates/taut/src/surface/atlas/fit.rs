@@ -96,6 +96,8 @@ const PROBED: usize = 64;
 /// Samples of more than this weight say how far off the fit they usually lie; the median of a normal deviate's square.
 const INNER: f64 = 0.25;
 const MEDIAN_SQUARE: f64 = 0.455;
+/// Samples whose own share of the fit at their place leaves less than this to the others are no strays.
+const LEAST_LEFT: f64 = 0.5;
 /// Squares so many times as large as the largest of noise are strays', as medians of few samples err, ...
 const STRAY: f64 = 2.5;
 /// ... if the median of so many beside them is that many times smaller, ...
@@ -232,15 +234,20 @@ impl LeastSquares {
 
     /// The samples that the others leave far off, of which there are few: outliers, which would pull the fit towards
     /// them. By what leaving each out leaves of it in the highest degree, right after [`qualities`](Self::qualities),
-    /// whose residuals it looks at. Among noise there are none.
-    pub fn strays(&mut self, samples: &Samples, strays: &mut Vec<u32>) {
+    /// whose residuals it looks at. Among noise there are none, and nothing is far off that is off by less than `least`.
+    pub fn strays(&mut self, samples: &Samples, least: f64, strays: &mut Vec<u32>) {
         strays.clear();
         let rows = self.rows;
         // What a polynomial does not follow far out counts less.
         let factors = &mut self.weighted;
         for (leverage, weight) in factors.iter_mut().zip(&samples.weights) {
-            let left = (1.0 - weight * *leverage).max(1e-9);
-            *leverage = (weight / INNER).min(1.0) / (left * left);
+            let left = 1.0 - weight * *leverage;
+            // Where a sample decides for itself, the others do not tell whether it is far off.
+            *leverage = if left >= LEAST_LEFT {
+                (weight / INNER).min(1.0) / (left * left)
+            } else {
+                0.0
+            };
         }
         let squares = &mut self.squares;
         squares.clear();
@@ -261,12 +268,18 @@ impl LeastSquares {
         let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
         // The square of the largest of n normal deviates is about 2 ln n.
         let most = STRAY * (2.0 * (rows as f64).ln() + 12.0) * median / MEDIAN_SQUARE;
+        let most = most.max(least * least);
         let far = (0..).zip(&*squares).filter(|(_, square)| **square > most);
         strays.extend(far.map(|(i, _)| i));
         if strays.len() * FEW_STRAYS > rows {
             strays.clear();
         }
         strays.retain(|stray| self.is_alone(samples, *stray as usize));
+    }
+
+    /// How far off a sample is, right after [`strays`](Self::strays).
+    pub fn off(&self, sample: usize) -> f64 {
+        self.squares[sample].sqrt()
     }
 
     /// Whether the samples right beside one lie much nearer to the fit: where the surface has detail that the polynomial

@@ -109,6 +109,11 @@ pub(super) fn seed<const D: usize>(tree: &Tree<D>, points: &[u32]) -> Option<u32
     nearest.min_by(|a, b| gap(a).total_cmp(&gap(b)))
 }
 
+/// Outliers lie farther off than so many spacings.
+const STRAYED: f64 = 0.3;
+/// The point nearest to an outlier is at least this share of the way to the surface off.
+const LONELY: f64 = 0.7;
+
 /// Fits the chart around a point; returns it with the points it was fitted to.
 ///
 /// Clean points get the usual neighbourhood. Where it does not fit, the surface may turn within few
@@ -235,7 +240,16 @@ pub(super) fn fit_chart<const D: usize>(
     let scale = samples.set(m, members.map(|x| frame.tr_mul(&(x - origin))));
     let reached = fit.factor(monomials, 4, samples)?;
     let qualities = fit.qualities(monomials, samples);
-    fit.strays(samples, &mut workspace.strays);
+    let spacing = spread(scale, rows, k);
+    fit.strays(samples, STRAYED * spacing, &mut workspace.strays);
+    // A point with others nearer to it than the fit belongs to another sheet, which has its own charts.
+    let mut beside = Vec::new();
+    workspace.strays.retain(|stray| {
+        let x = points[neighbourhood.members[*stray as usize] as usize];
+        sheet.tree.nearest(&x, 2, &mut beside);
+        let nearest = beside.last().map_or(f64::INFINITY, |other| other.squared);
+        nearest.sqrt() >= LONELY * fit.off(*stray as usize)
+    });
     let mut best = (1, qualities[0]);
     for candidate in (1..).zip(qualities).take(reached) {
         if POINTS_A_COEFFICIENT * monomials.count(candidate.0) <= rows
@@ -245,7 +259,6 @@ pub(super) fn fit_chart<const D: usize>(
         }
     }
     let (degree, quality) = best;
-    let spacing = spread(scale, rows, k);
     let misfit = if quality.leave_one_out > NOISY * spacing {
         fit.misfit(monomials, degree, samples)
     } else {
