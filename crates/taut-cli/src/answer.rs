@@ -28,6 +28,8 @@ pub struct Place {
     pub moved: f64,
     /// How far the points lie from the surface there that it was fitted to, where it does not keep them.
     pub farthest: Option<f64>,
+    /// How many spacings of the points that is, where it is more than points usually are off the surface.
+    pub off: Option<f64>,
 }
 
 impl Place {
@@ -69,6 +71,8 @@ pub struct FoundPath {
     /// What the surface adds; 0 for equations, None if unknown.
     pub surface_error: Option<f64>,
     pub stable: bool,
+    /// Known to be the shortest; else unknown.
+    pub shortest: bool,
     pub max_geodesic_curvature: Option<f64>,
     pub max_off_surface: Option<f64>,
     pub steps: usize,
@@ -87,6 +91,8 @@ pub struct Answer {
     pub path: FoundPath,
     /// Further paths, shortest first.
     pub alternatives: Vec<FoundPath>,
+    /// What speaks against all answers on the surface, in sentences.
+    pub doubts: Vec<String>,
 }
 
 impl Answer {
@@ -109,10 +115,27 @@ impl Answer {
             .filter_map(|end| Some((&end.named, end.place.as_ref().err()?.as_str())))
     }
 
+    /// What speaks against this answer, in sentences.
+    pub fn warnings(&self) -> Vec<String> {
+        let outlying = self.ends.iter().filter_map(|end| {
+            let off = end.place.as_ref().ok()?.off?;
+            Some(outlying(&end.named, off))
+        });
+        outlying.chain(self.doubts.iter().cloned()).collect()
+    }
+
     /// All paths, shortest first.
     pub fn paths(&self) -> impl Iterator<Item = &FoundPath> {
         std::iter::once(&self.path).chain(&self.alternatives)
     }
+}
+
+/// That an end lies off the surface by so many spacings of its points.
+pub fn outlying(end: &End, spacings: f64) -> String {
+    format!(
+        "{end} is no point of the surface: it lies {} spacings off it, and where it was moved to is what counts",
+        crate::output::significant(spacings)
+    )
 }
 
 impl FoundPath {
@@ -126,6 +149,7 @@ impl FoundPath {
             length_error: known(path.length_error),
             surface_error: known(path.surface_error),
             stable: path.stable,
+            shortest: path.shortest,
             max_geodesic_curvature: known(path.max_geodesic_curvature),
             max_off_surface: known(path.max_off_surface),
             steps: path.steps,
@@ -143,6 +167,7 @@ impl FoundPath {
             length_error: Some(0.0),
             surface_error: Some(0.0),
             stable: true,
+            shortest: true,
             max_geodesic_curvature: Some(0.0),
             max_off_surface: None,
             steps: 0,

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use serde::Serialize;
 use taut::surface::atlas::Atlas;
+use taut::surface::atlas::doubts::Doubt;
 use taut::surface::atlas::report::Report;
 use taut_io::PointSet;
 
@@ -48,6 +49,8 @@ pub struct PointFacts {
     pub points: usize,
     pub duplicates: usize,
     pub non_finite: usize,
+    /// Left out because they lie too far off.
+    pub far: usize,
     pub other_sheet: Option<f64>,
     pub outliers: usize,
     pub points_between_rows: usize,
@@ -113,11 +116,13 @@ fn cloud_facts<const D: usize>(
         points: cloud.points.len(),
         duplicates: cloud.duplicates,
         non_finite: cloud.non_finite,
+        far: cloud.far,
         other_sheet: report.other_sheet,
         outliers: report.outliers,
         points_between_rows: report.points_between_rows,
     };
     let charts = ChartFacts::new(&report);
+    let doubts = atlas.doubts();
     let components = clouds::component_points(atlas);
     Ok(Facts {
         surface: name.to_owned(),
@@ -125,7 +130,7 @@ fn cloud_facts<const D: usize>(
         intrinsic_dimension: report.intrinsic_dimension,
         low,
         high,
-        warnings: warnings(&facts, &charts, &components),
+        warnings: warnings(&facts, &charts, &components, &doubts),
         components,
         points: Some(facts),
         charts: Some(charts),
@@ -142,10 +147,21 @@ const UNEVEN: f64 = 5.0;
 const MANY_OUTLIERS: f64 = 0.01;
 
 /// What will go wrong with a cloud.
-fn warnings(points: &PointFacts, charts: &ChartFacts, components: &[usize]) -> Vec<String> {
+fn warnings(
+    points: &PointFacts,
+    charts: &ChartFacts,
+    components: &[usize],
+    doubts: &[Doubt],
+) -> Vec<String> {
     let of_rows = rows_lost(points);
     let of_surface = surface_doubts(points, charts);
     let mut warnings: Vec<String> = of_rows.into_iter().chain(of_surface).collect();
+    // Sheets that come near are told as such whatever the noise.
+    let told = points
+        .other_sheet
+        .is_some_and(|distance| distance < NEAR_SHEET);
+    let untold = |doubt: &&Doubt| !(told && matches!(doubt, Doubt::NearSheet { .. }));
+    warnings.extend(doubts.iter().filter(untold).map(ToString::to_string));
     if let [largest, rest @ ..] = components
         && !rest.is_empty()
     {
@@ -164,6 +180,12 @@ fn rows_lost(points: &PointFacts) -> Vec<String> {
         warnings.push(format!(
             "{} of {} rows are dropped because a coordinate is not finite; they cannot be ends of paths",
             points.non_finite, points.rows
+        ));
+    }
+    if points.far > 0 {
+        warnings.push(format!(
+            "{} of {} rows are left out because they lie more than 1e7 times as far off as all others (values that stand for missing data?); they cannot be ends of paths",
+            points.far, points.rows
         ));
     }
     if points.duplicates > 0 {
@@ -261,6 +283,7 @@ fn write_points(out: &mut impl Write, points: &PointFacts) -> std::io::Result<()
         ("distinct points", points.points.to_string()),
         ("duplicates", points.duplicates.to_string()),
         ("not finite", points.non_finite.to_string()),
+        ("too far off", points.far.to_string()),
         ("outliers", points.outliers.to_string()),
         ("nearest other sheet", other),
     ] {
@@ -310,6 +333,7 @@ mod tests {
             points: 1000,
             duplicates: 0,
             non_finite: 0,
+            far: 0,
             other_sheet: Some(2.1),
             outliers: 10,
             points_between_rows: 0,
@@ -328,7 +352,7 @@ mod tests {
     #[test]
     fn each_doubt_has_its_warning() {
         let (points, charts) = healthy();
-        assert_eq!(warnings(&points, &charts, &[1000]), [""; 0]);
+        assert_eq!(warnings(&points, &charts, &[1000], &[]), [""; 0]);
         type Spoil = fn(&mut PointFacts, &mut ChartFacts);
         let doubts: [(Spoil, &str); 5] = [
             (
@@ -349,7 +373,7 @@ mod tests {
         for (spoil, words) in doubts {
             let (mut points, mut charts) = healthy();
             spoil(&mut points, &mut charts);
-            let said = warnings(&points, &charts, &[1000]);
+            let said = warnings(&points, &charts, &[1000], &[]);
             assert!(said.len() == 1 && said[0].contains(words), "{said:?}");
         }
     }

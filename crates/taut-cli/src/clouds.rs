@@ -153,6 +153,12 @@ pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Pro
             "{name}: {non_finite} points dropped because a coordinate is not finite"
         ));
     }
+    let far = atlas.cloud().far;
+    if far > 0 {
+        progress.note(&format!(
+            "{name}: {far} points left out because they lie more than 1e7 times as far off as all others: values that stand for missing data?"
+        ));
+    }
     if duplicates > 0 {
         progress.note(&format!(
             "{name}: {duplicates} points share their place with another and count once"
@@ -163,6 +169,9 @@ pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Pro
         progress.note(&format!(
             "{name}: its points lie in rows far apart; {added} more were put between them, and how good these are no error estimate knows"
         ));
+    }
+    for doubt in atlas.doubts() {
+        progress.note(&format!("{name}: {doubt}"));
     }
 }
 
@@ -187,6 +196,17 @@ impl<const D: usize> Locate<D> for Atlas<D> {
 
     fn centre(&self) -> Vector<D> {
         self.cloud().centre
+    }
+
+    fn doubts(&self) -> Vec<String> {
+        Atlas::doubts(self)
+            .iter()
+            .map(ToString::to_string)
+            .collect()
+    }
+
+    fn spacings_off(&self, node: &Node<D, Self::Place>, moved: f64) -> Option<f64> {
+        Atlas::spacings_off(self, node, moved)
     }
 
     fn samples(&self) -> Samples<D> {
@@ -249,6 +269,10 @@ impl<const D: usize> Locate<D> for MovingLeastSquares<D> {
 
     fn centre(&self) -> Vector<D> {
         self.atlas().cloud().centre
+    }
+
+    fn doubts(&self) -> Vec<String> {
+        Locate::doubts(self.atlas())
     }
 
     fn estimates_its_error(&self) -> bool {

@@ -193,6 +193,7 @@ impl Answer {
             length_error: Some(0.0),
             surface_error: Some(0.0),
             stable: false,
+            shortest: false,
             max_geodesic_curvature: None,
             max_off_surface: None,
             steps: 0,

@@ -173,10 +173,11 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             }
             _ => None,
         };
-        let answer = match places {
+        let mut answer = match places {
             Some(places) => kept(self.at(&fields, &field, places)),
             None => own.ok_or_else(|| ready.without_points())?,
         };
+        answer.warnings = self.warnings(&fields);
         Ok(Found {
             answer,
             sources: if settings.is_curve { 1 } else { points.len() },
@@ -185,6 +186,19 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             drawn,
             isolines,
         })
+    }
+
+    /// What speaks against the distances, in sentences.
+    fn warnings(&self, fields: &Fields<'_, D, S>) -> Vec<String> {
+        let mut warnings = self.ready.geodesics.surface().doubts();
+        let polygons = self.settings.cost.iter().flat_map(|cost| &cost.no_go);
+        let polygons: Vec<_> = polygons.collect();
+        for idle in fields.idle_barriers() {
+            let warning = cost::without_effect(polygons[idle]);
+            self.progress.note(&warning);
+            warnings.push(warning);
+        }
+        warnings
     }
 
     /// The field at the surface's own points, where it has any.

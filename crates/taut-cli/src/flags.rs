@@ -255,6 +255,9 @@ pub struct PathFlags {
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
     #[arg(value_parser = whole, allow_negative_numbers = true)]
     pub alternatives: usize,
+    /// Find out whether the path is the shortest there is, by rays in all directions: some milliseconds a pair
+    #[arg(long)]
+    pub prove_shortest: bool,
     /// One JSON object for each pair, on a line of its own
     #[arg(long)]
     pub json: bool,

@@ -99,6 +99,9 @@ fn write_summary(out: &mut impl Write, answer: &Answer) -> io::Result<()> {
         }
         write_path(out, path)?;
     }
+    for warning in answer.warnings() {
+        line(out, "warning", &warning)?;
+    }
     Ok(())
 }
 
@@ -134,6 +137,9 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
     line(out, "length", &with_errors(length, path))?;
     line(out, "status", path.outcome.word())?;
     line(out, "stable", yes_or_no(path.stable))?;
+    if path.shortest {
+        line(out, "shortest", "yes (rays found no shorter way)")?;
+    }
     line(out, "nodes", &path.nodes().to_string())?;
     line(
         out,
@@ -251,6 +257,9 @@ struct JsonAnswer<'a> {
     path: JsonPath<'a>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     alternatives: Vec<JsonPath<'a>>,
+    /// What speaks against the answer.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -280,6 +289,8 @@ struct JsonPath<'a> {
     converged: bool,
     status: &'static str,
     stable: bool,
+    /// Null where that is not known.
+    shortest: Option<bool>,
     nodes: usize,
     max_geodesic_curvature: Option<f64>,
     max_off_surface: Option<f64>,
@@ -297,6 +308,7 @@ impl<'a> JsonAnswer<'a> {
             to: JsonEnd::new(to),
             path: path(&answer.path),
             alternatives: answer.alternatives.iter().map(path).collect(),
+            warnings: answer.warnings(),
         }
     }
 }
@@ -329,6 +341,7 @@ impl<'a> JsonPath<'a> {
             converged: path.outcome == Outcome::Asked(Status::Converged),
             status: path.outcome.word(),
             stable: path.stable,
+            shortest: path.shortest.then_some(true),
             nodes: path.nodes(),
             max_geodesic_curvature: path.max_geodesic_curvature,
             max_off_surface: path.max_off_surface,

@@ -52,6 +52,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
     progress.count_to(count);
     let mut worst = Exit::Success;
     let mut kept = Vec::new();
+    let mut outlying = 0;
     let mut report = Report::new(settings, prepared.dimension())?;
     let request = Request {
         correction: settings.correction,
@@ -81,12 +82,20 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
                     }
                 }
             }
+            let ends = answer.ends.iter().filter_map(|end| end.place.as_ref().ok());
+            outlying += ends.filter(|place| place.off.is_some()).count();
             worst = worst.max(answer.exit());
             report.write(&answer)?;
             if settings.output.is_some() || settings.picture.is_some() {
                 kept.extend(std::iter::once(answer.path).chain(answer.alternatives));
             }
         }
+    }
+    if outlying > 0 && report.style == Style::Table {
+        progress.note(&format!(
+            "{outlying} of {} ends lie off the surface by more than its points do: where they were moved to is what counts (moved_from, moved_to)",
+            2 * count
+        ));
     }
     kept.retain(|path| path.length.is_some());
     write_files(settings, &*prepared, &kept, progress)?;

@@ -8,7 +8,7 @@ use taut::guess::Guide;
 use taut::surface::Node;
 use taut_io::PointSet;
 
-use crate::answer::coordinates;
+use crate::answer::{coordinates, outlying};
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
@@ -186,6 +186,9 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         }
         let source = |(i, site): (usize, &Site)| {
             let (node, moved) = self.locate(&site.end)?;
+            if let Some(off) = self.geodesics.surface().spacings_off(&node, moved) {
+                progress.note(&outlying(&site.end, off));
+            }
             let start = site.value.or_else(|| starts.get(i).copied());
             let start = start.unwrap_or(0.0);
             Ok((Source { node, start }, moved))

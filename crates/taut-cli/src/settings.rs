@@ -101,6 +101,7 @@ impl From<CorrectionFlags> for correction::Settings {
             tolerance: flags.tolerance,
             most_nodes: flags.most_nodes,
             scheme: flags.correction.into(),
+            ..Self::default()
         }
     }
 }
@@ -541,7 +542,10 @@ impl TryFrom<PathFlags> for PathSettings {
         Ok(Self {
             source: flags.surface.try_into()?,
             ends,
-            correction: flags.correction.into(),
+            correction: correction::Settings {
+                prove_shortest: flags.prove_shortest,
+                ..flags.correction.into()
+            },
             alternatives: flags.alternatives,
             json: flags.json,
             points: flags.points,

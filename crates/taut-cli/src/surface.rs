@@ -57,6 +57,17 @@ pub trait Locate<const D: usize>: Guide<D> {
     /// What was subtracted from the input's coordinates.
     fn centre(&self) -> Vector<D>;
 
+    /// What speaks against all answers, in sentences.
+    fn doubts(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// How many spacings of the points an end lies off the surface that was moved by so much onto it, where that is more
+    /// than points usually do.
+    fn spacings_off(&self, _node: &Node<D, Self::Place>, _moved: f64) -> Option<f64> {
+        None
+    }
+
     /// Whether the `surface_error` of paths is an estimate, or unknown.
     fn estimates_its_error(&self) -> bool {
         true
@@ -134,6 +145,7 @@ pub struct Located<const D: usize, S: Guide<D>> {
     pub geodesics: Geodesics<D, S>,
     dimension: usize,
     ends: Vec<EndNode<D, S::Place>>,
+    doubts: Vec<String>,
 }
 
 /// An end as the user named it; its node and how far it was moved there, or why it has none.
@@ -186,6 +198,7 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
         let of = |(named, located)| EndNode { named, located };
         let ends = ends.into_iter().zip(located).map(of).collect();
         Self {
+            doubts: geodesics.surface().doubts(),
             geodesics,
             dimension,
             ends,
@@ -286,8 +299,10 @@ impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
                     point: coordinates(&(node.point + centre), self.dimension),
                     moved,
                     farthest: self.geodesics.surface().farthest_point(&node),
+                    off: self.geodesics.surface().spacings_off(&node, moved),
                 }),
             }),
+            doubts: self.doubts.clone(),
         }
     }
 

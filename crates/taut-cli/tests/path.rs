@@ -9,7 +9,7 @@ use support::{
     angle, code, number, object, objects, sphere, taut, taut_reading, text, write_points,
 };
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "from",
     "to",
     "length",
@@ -18,6 +18,7 @@ const KEYS: [&str; 12] = [
     "converged",
     "status",
     "stable",
+    "shortest",
     "nodes",
     "max_geodesic_curvature",
     "max_off_surface",

@@ -58,7 +58,7 @@ fn judged<const D: usize>(
 fn at_rows(places: &[[f64; 2]], rate: impl Fn([f64; 2]) -> f64) -> Cost {
     Cost {
         at_rows: places.iter().map(|place| rate(*place)).collect(),
-        slope: Slope::Level,
+        ..Cost::default()
     }
 }
 
@@ -92,7 +92,7 @@ fn constant_cost_is_a_multiple_of_the_distance() {
     let points = generate::sphere::<3>(POINTS, 1.0, 1);
     let cost = Cost {
         at_rows: vec![3.0; POINTS],
-        slope: Slope::Level,
+        ..Cost::default()
     };
     let values = values(&points, 2, Some(&cost));
     let truth = |i: usize| 3.0 * closed_form::sphere(1.0, &points[0], &points[i]);
@@ -127,8 +127,8 @@ fn slopes_cost_more_uphill_and_zigzags_less() {
     let tilt = 0.5;
     let (places, points) = square([-0.1, 0.2], tilt);
     let cost = Cost {
-        at_rows: Vec::new(),
         slope: Slope::Factors { up: 4.0, down: 1.0 },
+        ..Cost::default()
     };
     let values = values(&points, 2, Some(&cost));
     let norm = Norm::new(|[x, y]| {
@@ -167,7 +167,11 @@ fn costs_that_are_none_are_refused() {
     let cloud = Cloud::<3>::new(points.as_flattened(), 3).expect("a cloud");
     let geodesics = Geodesics::of_atlas(Atlas::new(cloud, 2).expect("a surface"));
     let error = |at_rows: Vec<f64>, slope| {
-        let cost = Cost { at_rows, slope };
+        let cost = Cost {
+            at_rows,
+            slope,
+            ..Cost::default()
+        };
         Fields::with_cost(&geodesics, &cost).err()
     };
     let mut negative = vec![1.0; 500];

@@ -5,6 +5,11 @@ use rayon::slice::ParallelSliceMut;
 use crate::error::Error;
 use crate::{Vector, parallel};
 
+mod far;
+
+/// Sizes of clouds whose lengths can be squared and multiplied without leaving the range of numbers.
+const EXTENTS: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
+
 /// Finite, distinct points of R^D about their centre, with the map to and from input rows.
 #[derive(Clone, Debug)]
 pub struct Cloud<const D: usize> {
@@ -14,10 +19,13 @@ pub struct Cloud<const D: usize> {
     pub centre: Vector<D>,
     /// The first input row of each point.
     pub rows: Vec<u32>,
-    /// The point of each input row; `None` for rows with a value that is not finite.
+    /// The point of each input row; `None` for rows with a value that is not finite and those left out as too far.
     pub point_of_row: Vec<Option<u32>>,
     /// Rows dropped because a value is not finite.
     pub non_finite: usize,
+    /// Rows left out because they lie so far off that the other rows would lose their digits beside them: 1e7
+    /// times as far as any of the others. Values that stand for missing data, such as -3.4e38, are found so.
+    pub far: usize,
     /// Rows that repeat an earlier row's coordinates.
     pub duplicates: usize,
 }
@@ -28,7 +36,8 @@ impl<const D: usize> Cloud<D> {
     ///
     /// # Errors
     /// [`Error::TooFewPoints`] below 2 finite rows, [`Error::AllCoincide`] if all are one point,
-    /// [`Error::TooManyPoints`] past 2^32 - 1 rows.
+    /// [`Error::TooManyPoints`] past 2^32 - 1 rows, [`Error::BadExtent`] if they reach less far than 1e-50 or
+    /// farther than 1e50, as squares and products of lengths are not to overflow.
     ///
     /// O(n log n).
     pub fn new(coordinates: &[f64], dimension: usize) -> Result<Self, Error> {
@@ -46,11 +55,13 @@ impl<const D: usize> Cloud<D> {
                 .copy_from_slice(&coordinates[i * dimension..(i + 1) * dimension]);
             point
         };
-        let finite: Vec<(Vector<D>, u32)> = (0..count)
+        let mut finite: Vec<(Vector<D>, u32)> = (0..count)
             .map(|i| (row(i), i as u32))
             .filter(|(point, _)| point.iter().all(|v| v.is_finite()))
             .collect();
         let non_finite = count - finite.len();
+        far::leave_out(&mut finite);
+        let far = count - non_finite - finite.len();
         if finite.len() < 2 {
             return Err(Error::TooFewPoints {
                 found: finite.len(),
@@ -73,6 +84,10 @@ impl<const D: usize> Cloud<D> {
             low = low.inf(point);
             high = high.sup(point);
         }
+        let extent = high.zip_fold(&low, 0.0, |most: f64, high, low| most.max(high - low));
+        if !EXTENTS.contains(&extent) {
+            return Err(Error::BadExtent { found: extent });
+        }
         let centre = low + (high - low) * 0.5;
         let mut rows = Vec::with_capacity(distinct);
         let mut points = Vec::with_capacity(distinct);
@@ -93,8 +108,22 @@ impl<const D: usize> Cloud<D> {
             rows,
             point_of_row,
             non_finite,
+            far,
             duplicates,
         })
+    }
+}
+
+impl<const D: usize> Cloud<D> {
+    /// Why a row has no point.
+    pub(crate) fn why_dropped(&self) -> &'static str {
+        match (self.non_finite, self.far) {
+            (_, 0) => "the row was dropped because a value is not finite",
+            (0, _) => "the row was left out because it lies 1e7 times as far off as the others",
+            _ => {
+                "the row was left out because a value is not finite or it lies 1e7 times as far off as the others"
+            }
+        }
     }
 }
 
@@ -148,6 +177,15 @@ mod tests {
         );
         assert_eq!(cloud.centre, Vector::<3>::new(5e6 + 1.0, 2.0, 0.0));
         assert_eq!(cloud.points[2], Vector::<3>::new(-1.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn sizes_whose_squares_are_no_numbers_are_refused() {
+        for scale in [1e-300, 1e-60, 1e60, 1e300] {
+            let rows = [0.0, 1.0, 2.0, 3.0, 1.0, 4.0].map(|v| v * scale);
+            let refused = Cloud::<3>::new(&rows, 3).err();
+            assert_eq!(refused, Some(Error::BadExtent { found: 3.0 * scale }));
+        }
     }
 
     #[test]

@@ -21,6 +21,14 @@ pub enum Error {
         /// Finite points found.
         found: usize,
     },
+    /// A cloud so small or so large that squares and products of lengths are no numbers.
+    #[error(
+        "the points reach {found:e} far, expected 1e-50 to 1e50; multiply the coordinates by a power of ten"
+    )]
+    BadExtent {
+        /// The largest difference of two points' coordinates.
+        found: f64,
+    },
     /// More points than the indices hold.
     #[error("too many points: found {found}, the limit is 2^32 - 2; thin or split the cloud")]
     TooManyPoints {

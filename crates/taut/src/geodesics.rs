@@ -1,11 +1,17 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
 
+mod fan;
 mod pairs;
+mod ray;
+mod runge_kutta;
+mod shortest;
 
 pub use pairs::{Guess, Origin};
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use crate::Vector;
+use crate::correction::length::HeightErrors;
 use crate::correction::newton::Solver;
 use crate::correction::{self, Settings, Straight, Taut};
 use crate::guess::Guide;
@@ -14,7 +20,7 @@ use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{DETOUR, Route, Ways};
 use crate::result::{Path, Status};
-use crate::surface::Node;
+use crate::surface::{Geometry, Node};
 
 /// A surface made ready for many path queries.
 pub struct Geodesics<const D: usize, S: Guide<D>> {
@@ -24,6 +30,8 @@ pub struct Geodesics<const D: usize, S: Guide<D>> {
     component_sizes: Vec<usize>,
     /// Found for the first path: distances everywhere need none.
     landmarks: OnceLock<Landmarks>,
+    /// The largest coordinate, found for the first path.
+    size: OnceLock<f64>,
     /// Memory that no query is using.
     idle: Mutex<Vec<Workspace<D, S::Place>>>,
 }
@@ -39,6 +47,17 @@ const GUESSES: usize = 8;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
 /// that could still win by what pulling taut has changed so far.
 const CLOSE: f64 = 1.01;
+/// Nodes this near each other, relative to the surface's size, may have the straight way between them, ...
+const NEAR: f64 = 1e-9;
+/// ... where the surface turns by less than this between them, ...
+const FLAT: f64 = 1e-6;
+/// ... and its length is known to so many roundings of coordinates.
+const ROUNDINGS: f64 = 16.0;
+/// A path that turns by this much, in radians, may have another way round the surface that the few samples of an equation make
+/// longer than it is: there detours up to this factor are looked at as well, and polylines within this one pulled taut.
+const ROUND: f64 = 2.2;
+const DETOUR_ROUND: f32 = 1.3;
+const CLOSE_ROUND: f64 = 1.03;
 /// Two paths of lengths this near, relative, that also run together are one.
 const SAME_LENGTH: f64 = 1e-4;
 
@@ -51,6 +70,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             components,
             component_sizes,
             landmarks: OnceLock::new(),
+            size: OnceLock::new(),
             idle: Mutex::new(Vec::new()),
         }
     }
@@ -121,19 +141,96 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         detour: f32,
         close: f64,
     ) -> Vec<Path<D>> {
+        if let Some(path) = self.straight(from, to) {
+            return vec![path];
+        }
         let mut workspace = self.take_workspace();
-        let mut guesses = self.guesses(from, to, guesses, detour, &mut workspace.search);
-        let is_joined = !guesses.is_empty();
+        let Workspace { search, solver } = &mut workspace;
+        let mut first = self.guesses(from, to, guesses, detour, search);
+        let is_joined = !first.is_empty();
         let may_be = is_joined || self.is_unknown(self.entrance(from), self.entrance(to));
         if may_be {
-            guesses.extend(self.surface.ways(from, to, is_joined));
+            first.extend(self.surface.ways(from, to, is_joined));
         }
-        let mut paths = self.pull_taut(&guesses, settings, close, &mut workspace.solver);
+        let is_unknown = may_be && first.is_empty();
+        let more = || self.guesses(from, to, guesses, DETOUR_ROUND, search);
+        let mut paths = self.pull_taut(first, more, settings, close, solver);
         self.put_back(workspace);
-        if may_be && guesses.is_empty() {
+        if is_unknown {
             paths.push(Path::unknown());
         }
         paths
+    }
+
+    /// The straight way between nodes of one sheet so near that the surface does not bend between them beyond rounding;
+    /// `None` for others.
+    fn straight(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> Option<Path<D>> {
+        let chord = to.point - from.point;
+        let length = chord.norm();
+        let size = from.point.amax() + self.size();
+        if length > NEAR * size || !self.same_sheet(from, to) {
+            return None;
+        }
+        let rounding = ROUNDINGS * f64::EPSILON * size;
+        let mut scratch = Geometry::new(D - self.surface.intrinsic_dimension());
+        let mut normals = [Vector::zeros(); 2];
+        let mut curvature = 0.0;
+        for (node, normal) in [from, to].into_iter().zip(&mut normals) {
+            if self.surface.geometry(&node.point, node.place, &mut scratch) {
+                *normal = scratch.normal(0);
+                let along = scratch.project(&chord);
+                let off = (chord - along).norm();
+                if let Some(tangent) = along.try_normalize(0.0) {
+                    curvature = scratch.bend(&tangent).norm().max(curvature);
+                }
+                if off > rounding + FLAT * length {
+                    return None;
+                }
+            } else if length > rounding {
+                return None;
+            }
+        }
+        if length > rounding && curvature * length > FLAT {
+            return None;
+        }
+        let mut height_errors = HeightErrors::default();
+        let (error, radius) = (
+            self.surface.height_error(from.place),
+            self.surface.resolution(from.place),
+        );
+        // Within a chart's radius errors are one and the same.
+        height_errors.add(radius, curvature, error, radius);
+        let of_chart = height_errors.length_error();
+        Some(Path {
+            status: Status::Converged,
+            length,
+            length_error: rounding.min(length),
+            surface_error: if radius > 0.0 {
+                of_chart / radius * length
+            } else {
+                0.0
+            },
+            stable: true,
+            points: vec![from.point, to.point],
+            normals: normals.to_vec(),
+            arc_length: vec![0.0, length],
+            ..Path::none()
+        })
+    }
+
+    /// Both lie beside one node of the graph.
+    fn same_sheet(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> bool {
+        let (start, end) = (self.entrances(from), self.entrances(to));
+        let mut shared = start.iter();
+        start.is_empty() || shared.any(|one| end.iter().any(|other| other.0 == one.0))
+    }
+
+    /// The largest coordinate of the graph's nodes.
+    fn size(&self) -> f64 {
+        *self.size.get_or_init(|| {
+            let nodes = self.graph.nodes.iter();
+            nodes.map(|node| node.point.amax()).fold(0.0, f64::max)
+        })
     }
 
     fn take_workspace(&self) -> Workspace<D, S::Place> {
@@ -152,24 +249,51 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The distinct geodesics that the guesses lead to, shortest first.
+    /// The distinct geodesics that the guesses lead to, shortest first; `more` gives the same guesses and longer ones behind them.
     fn pull_taut(
         &self,
-        guesses: &[Vec<Node<D, S::Place>>],
+        mut guesses: Vec<Vec<Node<D, S::Place>>>,
+        more: impl FnOnce() -> Vec<Vec<Node<D, S::Place>>>,
         settings: &Settings,
-        close: f64,
+        mut close: f64,
         solver: &mut Solver<D, S::Place>,
     ) -> Vec<Path<D>> {
-        let mut straight: Vec<Straight<D, S::Place>> = guesses
-            .iter()
-            .filter_map(|guess| correction::straighten(&self.surface, guess, solver))
-            .collect();
+        let shortest_only = close == CLOSE;
+        let mut straight: Vec<Straight<D, S::Place>> = Vec::new();
+        let mut rays = None;
+        let mut more = shortest_only.then_some(more);
+        let mut next = 0;
+        while let Some(guess) = guesses.get(next) {
+            next += 1;
+            let Some(found) = correction::straighten(&self.surface, guess, solver) else {
+                continue;
+            };
+            // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by little; rays do.
+            if rays.is_none() && shortest::nearly_conjugate(&self.surface, guess, found.spread) {
+                let known = found.taut.length();
+                let shot = shortest::by_rays(&self.surface, guess, known, settings, solver);
+                if shortest_only && shot.proves_shortest() {
+                    return shot.best_first();
+                }
+                rays = Some(shot);
+            }
+            let on_samples = self.surface.resolution(guess[0].place) == 0.0;
+            if found.turning() > ROUND
+                && on_samples
+                && let Some(more) = more.take()
+            {
+                close = CLOSE_ROUND;
+                guesses.extend(more().into_iter().skip(guesses.len()));
+            }
+            straight.push(found);
+        }
         straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
         let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
             // Where there are guesses the points are connected, if by none that can be followed.
             return guesses.first().map(|_| Path::lost()).into_iter().collect();
         };
-        let mut paths: Vec<Path<D>> = Vec::new();
+        let mut rays = rays.unwrap_or_default();
+        let mut paths: Vec<Path<D>> = std::mem::take(&mut rays.paths);
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
         let mut longest = close * shortest;
         let mut change: f64 = 0.0;
@@ -194,12 +318,11 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 paths.push(path);
             }
         }
-        paths.sort_by(|a, b| {
-            distrust(a)
-                .cmp(&distrust(b))
-                .then(a.length.total_cmp(&b.length))
-        });
-        paths
+        rays.merge(paths);
+        if settings.prove_shortest {
+            rays.prove(&self.surface, &guesses[0], settings, solver);
+        }
+        rays.best_first()
     }
 
     /// The nodes of the graph that a point is joined to, and how long the joins are.
@@ -264,14 +387,5 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                     .collect()
             })
             .collect()
-    }
-}
-
-/// A path that converged is trusted before one that did not, and one that left the surface last.
-fn distrust<const D: usize>(path: &Path<D>) -> u8 {
-    match path.status {
-        Status::Converged => 0,
-        Status::NotTaut | Status::NotResolved => 1,
-        Status::OffSurface | Status::NoPath | Status::Unknown => 2,
     }
 }

@@ -59,6 +59,9 @@ pub struct Path<const D: usize> {
     pub surface_error: f64,
     /// The path is a strict local minimum of length: no direction shortens it at second order.
     pub stable: bool,
+    /// Known to be the shortest path: rays in all directions from one end, everywhere dense enough that none could arrive
+    /// unseen, found no shorter one. `false` where that is not known.
+    pub shortest: bool,
     /// Largest geodesic curvature left, 1 / length.
     pub max_geodesic_curvature: f64,
     /// Largest distance of a node from the surface.
@@ -83,6 +86,7 @@ impl<const D: usize> Path<D> {
             length_error: 0.0,
             surface_error: 0.0,
             stable: false,
+            shortest: false,
             max_geodesic_curvature: 0.0,
             max_off_surface: 0.0,
             steps: 0,
@@ -112,14 +116,18 @@ impl<const D: usize> Path<D> {
         }
     }
 
+    /// The place halfway along the chords between the nodes.
+    pub(crate) fn halfway(&self) -> Vector<D> {
+        curve::halfway(self.points.iter().copied())
+    }
+
     /// Both converged, to the same length and the same place halfway.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let halfway = |path: &Self| curve::halfway(path.points.iter().copied());
         let slack = 2.0 * (self.length_error + other.length_error);
         self.converged()
             && other.converged()
             && (self.length - other.length).abs() <= slack
-            && (halfway(self) - halfway(other)).norm() <= 0.01 * self.length
+            && (self.halfway() - other.halfway()).norm() <= 0.01 * self.length
     }
 
     /// The estimated relative error is within the tolerance asked for.

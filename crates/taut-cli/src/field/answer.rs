@@ -25,6 +25,8 @@ pub struct Answer {
     pub gradient: Vec<f64>,
     /// How far each point was moved onto the surface; `None` for points of the surface itself.
     pub moved: Option<Vec<f64>>,
+    /// What speaks against the distances, in sentences.
+    pub warnings: Vec<String>,
 }
 
 impl Answer {
@@ -39,6 +41,7 @@ impl Answer {
             source: Vec::with_capacity(rows),
             gradient: Vec::with_capacity(rows * dimension),
             moved,
+            warnings: Vec::new(),
         }
     }
 
@@ -124,6 +127,7 @@ impl Answer {
             unknown: self.unknown(),
             moved_most: largest_move,
             isolines: None,
+            warnings: self.warnings.clone(),
         }
     }
 }
@@ -156,6 +160,9 @@ pub struct Facts {
     pub moved_most: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub isolines: Option<IsolineFacts>,
+    /// What speaks against the distances, in sentences.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 fn is_zero(count: &usize) -> bool {

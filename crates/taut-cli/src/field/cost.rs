@@ -25,24 +25,25 @@ pub fn refusal(failure: Failure) -> Failure {
 
 /// The cost at each row of a cloud.
 pub fn of_rows(settings: &CostSettings, points: &PointSet) -> Result<Cost, Failure> {
-    let mut at_rows = match (&settings.rates, &points.column) {
+    let at_rows = match (&settings.rates, &points.column) {
         (Rates::File(file), _) => rates(file, points)?,
         (Rates::Column(_), Some(column)) => column.clone(),
-        _ => vec![1.0; points.rows()],
+        _ => Vec::new(),
     };
-    for file in &settings.no_go {
-        let corners = polygon(file)?;
-        let rows = points.coordinates.chunks(points.dimension);
-        for (rate, row) in at_rows.iter_mut().zip(rows) {
-            if is_inside(&corners, [row[0], row[1]]) {
-                *rate = f64::INFINITY;
-            }
-        }
-    }
+    let barriers = settings.no_go.iter().map(|file| polygon(file));
     Ok(Cost {
         at_rows,
         slope: settings.slope,
+        barriers: barriers.collect::<Result<_, _>>()?,
     })
+}
+
+/// That a polygon changes nothing.
+pub fn without_effect(file: &Path) -> String {
+    format!(
+        "--no-go {}: no point lies in the polygon, and no way between neighbouring points crosses it; it changes nothing (are its coordinates those of the points?)",
+        file.display()
+    )
 }
 
 /// One number for each row of the file of points, of which some may have been left out.
@@ -86,30 +87,4 @@ fn polygon(file: &Path) -> Result<Vec<[f64; 2]>, Failure> {
         )));
     }
     Ok(corners.map(|corner| [corner[0], corner[1]]).collect())
-}
-
-/// Whether a ray to the right crosses the polygon an odd number of times.
-fn is_inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
-    let mut inside = false;
-    for (i, [bx, by]) in corners.iter().enumerate() {
-        let [ax, ay] = corners[(i + corners.len() - 1) % corners.len()];
-        if (ay > y) != (*by > y) && x < ax + (y - ay) * (bx - ax) / (by - ay) {
-            inside = !inside;
-        }
-    }
-    inside
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn polygons_need_not_be_convex() {
-        let notched = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 1.0], [0.0, 4.0]];
-        assert!(is_inside(&notched, [0.5, 2.0]) && is_inside(&notched, [3.5, 2.0]));
-        for outside in [[2.0, 2.0], [-1.0, 1.0], [5.0, 1.0], [2.0, -1.0]] {
-            assert!(!is_inside(&notched, outside), "{outside:?}");
-        }
-    }
 }

@@ -36,7 +36,7 @@ fn case(name: &str, count: usize) -> Option<Case> {
     };
     let level = |at_rows| Cost {
         at_rows,
-        slope: Slope::Level,
+        ..Cost::default()
     };
     match name {
         "constant" => {
@@ -94,8 +94,8 @@ fn case(name: &str, count: usize) -> Option<Case> {
                 norm.cost([places[i][0] - places[0][0], places[i][1] - places[0][1]])
             };
             let cost = Cost {
-                at_rows: Vec::new(),
                 slope,
+                ..Cost::default()
             };
             Some(Case {
                 points,

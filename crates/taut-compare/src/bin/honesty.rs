@@ -176,7 +176,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for points in &options.points {
             let (mut fields, mut paths, mut torn) = (Judged::default(), Judged::default(), 0);
             for seed in &options.seeds {
-                let held = (index as u64 + seed) % 2 == 0;
+                let held = (index as u64 + seed).is_multiple_of(2);
                 if options.half.is_some_and(|half| half != held) {
                     continue;
                 }

@@ -101,6 +101,21 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         lengths
     }
 
+    /// The parameter of every node, from 0 to 1.
+    pub fn parameters(&self) -> Vec<f64> {
+        let reference = self.element();
+        let mut parameters = vec![0.0];
+        let mut start = 0.0;
+        for span in &self.spans {
+            let within = reference.nodes[1..]
+                .iter()
+                .map(|x| start + 0.5 * (1.0 + x) * span);
+            parameters.extend(within);
+            start += span;
+        }
+        parameters
+    }
+
     /// The point of element e at `x` in [-1, 1] (off the surface by the interpolation error), and the
     /// place of the node nearest to it.
     pub fn interpolate(&self, e: usize, x: f64) -> Node<D, P> {

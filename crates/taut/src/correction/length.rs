@@ -67,7 +67,7 @@ pub(crate) struct HeightErrors {
 /// Standard errors counted in the estimate, so that 99 % of lengths on clean clouds are covered.
 const STANDARD_ERRORS: f64 = 5.0;
 /// Slope of a ripple in units of height / radius.
-const RIPPLE: f64 = 3.0;
+pub(crate) const RIPPLE: f64 = 3.0;
 
 impl HeightErrors {
     /// Adds a stretch with its normal curvature, its surface's height error and chart radius.

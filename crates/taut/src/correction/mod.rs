@@ -8,11 +8,13 @@ pub(crate) mod length;
 pub(crate) mod newton;
 pub(crate) mod nodes;
 mod rough;
+mod straight;
+
+pub(crate) use straight::{Straight, shares};
 
 use crate::Vector;
 use crate::correction::curve::Curve;
 use crate::correction::newton::{Level, Solver};
-use crate::correction::nodes::Profile;
 use crate::correction::rough::Rough;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
@@ -37,6 +39,9 @@ pub struct Settings {
     pub most_nodes: usize,
     /// How a guess is pulled taut.
     pub scheme: Scheme,
+    /// Shoot rays in all directions, some milliseconds a path, to find out whether the shortest path found is the shortest there is:
+    /// on surfaces of dimension 2 given by equations or clean clouds. Where the ends are nearly conjugate that is done anyway.
+    pub prove_shortest: bool,
 }
 
 impl Default for Settings {
@@ -45,6 +50,7 @@ impl Default for Settings {
             tolerance: 1e-6,
             most_nodes: 1024,
             scheme: Scheme::Newton,
+            prove_shortest: false,
         }
     }
 }
@@ -68,15 +74,9 @@ impl<const D: usize, P: Copy> Taut<D, P> {
             && (self.halfway() - other.halfway()).norm() <= 0.02 * self.length()
     }
 
-    fn halfway(&self) -> Vector<D> {
+    pub fn halfway(&self) -> Vector<D> {
         curve::halfway(self.curve.nodes.iter().map(|node| node.point))
     }
-}
-
-/// A path pulled roughly taut, with the length and turning of its segments.
-pub(crate) struct Straight<const D: usize, P> {
-    pub taut: Taut<D, P>,
-    profile: Profile,
 }
 
 /// Turning per segment of the first polyline, radians: fine enough to stay on its sheet of the
@@ -124,12 +124,17 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
         if levels == MOST_COARSE_LEVELS || !nodes::leaps(surface, &curve, &mut solver.scratch) {
             let profile = nodes::profile(surface, &curve.nodes, &mut solver.scratch);
             level.measure.length = length::arcs(&profile);
+            let spread = straight::spread(surface, &curve, &profile, solver);
             let taut = Taut {
                 curve,
                 level,
                 steps,
             };
-            return Some(Straight { taut, profile });
+            return Some(Straight {
+                taut,
+                profile,
+                spread,
+            });
         }
         segments *= 2;
         levels += 1;
@@ -168,7 +173,9 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     if settings.scheme == Scheme::Flow {
         return flow::flow(surface, &straight.taut.curve.nodes, settings, solver);
     }
-    let Straight { mut taut, profile } = straight;
+    let Straight {
+        mut taut, profile, ..
+    } = straight;
     let start_steps = taut.steps;
     if taut.level.measure.energy == 0.0 {
         return finish(surface, taut, Status::Converged, 0.0, solver);
@@ -268,16 +275,13 @@ fn spans_of<const D: usize, P: Copy>(curve: &Curve<D, P>, fractions: &[f64]) -> 
         .collect();
     let total: f64 = lengths.iter().sum();
     let shares: Vec<f64> = lengths.iter().map(|l| l / total).collect();
-    let mut starts = vec![0.0];
-    for span in &curve.spans {
-        starts.push(starts[starts.len() - 1] + span);
-    }
+    let parameters = curve.parameters();
     let mut at = curve::Cursor::new(&shares);
     let mut knots: Vec<f64> = fractions
         .iter()
         .map(|fraction| {
             let (i, local) = at.seek(*fraction);
-            starts[i] + 0.5 * (1.0 + local) * curve.spans[i]
+            parameters[i] + 0.5 * (1.0 + local) * (parameters[i + 1] - parameters[i])
         })
         .collect();
     if let Some(last) = knots.last_mut() {
@@ -318,6 +322,7 @@ fn finish<const D: usize, S: Surface<D>>(
         },
         surface_error: 0.0,
         stable: taut.level.index == Some(0),
+        shortest: false,
         max_geodesic_curvature: 0.0,
         max_off_surface: 0.0,
         steps: taut.steps,
@@ -343,8 +348,9 @@ fn finish<const D: usize, S: Surface<D>>(
             let tangent = solver.scratch.project(&chord);
             if stretch > 0.0 && tangent.norm() > 0.0 {
                 let curvature = solver.scratch.bend(&tangent.normalize()).norm();
+                let nodes = [before, i, after].map(|i| &taut.curve.nodes[i]);
                 let (error, radius) = (
-                    surface.height_error(node.place),
+                    surface.height_error_along(nodes),
                     surface.resolution(node.place),
                 );
                 height_errors.add(stretch, curvature, error, radius);
@@ -386,7 +392,7 @@ mod tests {
         );
         let mut solver = Solver::new(1);
         let a = Vector::<3>::new(1.0, 0.0, 0.0);
-        for angle in [0.1f64, 1.0, 2.0, 3.0] {
+        for angle in [0.1f64, 1.0, 2.0, 3.0, std::f64::consts::PI] {
             let b = Vector::<3>::new(angle.cos(), angle.sin() * 0.6, angle.sin() * 0.8);
             let c = (a + b + Vector::<3>::new(0.1, 0.2, 0.5)).normalize();
             let guess = [a, c, b].map(|point| Node { point, place: () });

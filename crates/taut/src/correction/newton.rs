@@ -5,6 +5,9 @@
 //! flow (10) with the curvature term that makes its convergence quadratic. Levenberg's shift of the
 //! diagonal is a flow step of the size 1 / shift.
 
+mod escape;
+mod shift;
+
 use crate::Vector;
 use crate::correction::band::Band;
 use crate::correction::curve::{Curve, Measure};
@@ -48,25 +51,11 @@ pub(crate) struct Solver<const D: usize, P> {
 /// into its rim by less than a twentieth of a chart's radius.
 const RIM_STIFFNESS: f64 = 40.0;
 const MOST_SHIFTS: usize = 24;
-/// Share of the length that a Newton step leaves, per square of the share that it changes: below 1 for
-/// most paths, up to 30 where the ends are nearly conjugate.
-const SQUARED: f64 = 64.0;
 /// Relative change of the length below which a step need not be taken: before that it betters the guess for what
 /// follows.
 const NOT_WORTH_A_STEP: f64 = 1e-10;
 /// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
 const LONGEST_STEP: f64 = 0.6;
-
-/// What a step that changes the length by the share `change` leaves to be changed: Newton's method
-/// squares it times a factor, [`SQUARED`] or what the step before, if that was Newton's too, shows. A
-/// rim's energy is not smooth where the path meets it.
-fn left_by(change: f64, before: Option<f64>, rim: f64) -> f64 {
-    if rim > 0.0 {
-        return change;
-    }
-    let shown = before.map_or(0.0, |before| change * (change / before).powi(2));
-    shown.max(SQUARED * change * change)
-}
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     pub fn new(codimension: usize) -> Self {
@@ -115,7 +104,9 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             return Some(level);
         }
         self.weigh(curve);
+        let k = surface.intrinsic_dimension();
         let mut shift = 0.0;
+        let least_shift = shift::least_shift(tolerance);
         let mut last_change = None;
         while level.steps < most_steps {
             let rim = self.assemble(surface, curve, measure)?;
@@ -134,9 +125,23 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                         self.is_current = true;
                         return Some(level);
                     }
-                    if let Some((trial, energy)) = self.attempt(surface, curve, measure) {
+                    if shift == least_shift && rim == 0.0 {
+                        let singular = level.index != Some(0);
+                        let left = shift::left_by_regularised(change, shift, singular);
+                        if left < shift::most_left(tolerance) {
+                            (level.converged, level.left) = (true, left);
+                            level.index = level.index.filter(|_| !singular);
+                            self.is_current = true;
+                            return Some(level);
+                        }
+                    }
+                    let moved = self.longest_step(k) / measure.length;
+                    let trusted = shift::is_trusted(shift, moved);
+                    let attempt = trusted.then(|| self.attempt(surface, curve, measure));
+                    if let Some((trial, energy)) = attempt.flatten() {
                         let rounding = 1e-14 * (curve.degree * curve.degree) as f64 * penalised;
-                        if energy <= penalised + rounding {
+                        let wanted = shift::least_decrease(shift, decrement);
+                        if energy <= penalised - wanted + rounding {
                             accepted = Some((trial, change));
                             break;
                         }
@@ -145,7 +150,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                         break;
                     }
                 }
-                shift = if shift == 0.0 { 4.0 } else { shift * 4.0 };
+                shift = shift::next_shift(shift, least_shift);
             }
             level.steps += 1;
             let Some((trial, change)) = accepted else {
@@ -157,7 +162,11 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             measure = trial;
             std::mem::swap(&mut self.pull, &mut self.trial_pull);
             level.measure = measure;
-            level.left = left_by(change, last_change.filter(|_| shift == 0.0), rim);
+            level.left = if shift == 0.0 || rim > 0.0 {
+                shift::left_by(change, last_change, rim)
+            } else {
+                shift::left_by_regularised(change, shift, level.index != Some(0))
+            };
             last_change = (shift == 0.0).then_some(change);
             if shift == 0.0 && level.left < tolerance {
                 level.converged = true;
@@ -168,50 +177,20 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         Some(level)
     }
 
-    /// The direction in which the path shortens most at second order, if the last Hessian had one:
-    /// inverse iteration from a fixed generic start. Moves the path along it.
-    pub fn escape<S: Surface<D, Place = P>>(
-        &mut self,
-        surface: &S,
-        curve: &mut Curve<D, P>,
-    ) -> Option<()> {
-        let measure = curve.measure(&mut self.pull);
-        self.weigh(curve);
-        let rim = self.assemble(surface, curve, measure)?;
-        let mut shift = 4.0;
-        while self.factor(shift) != Some(0) {
-            shift *= 2.0;
-            if shift > 1e12 {
-                return None;
-            }
-        }
-        for (i, value) in self.step.iter_mut().enumerate() {
-            *value = (1.0 + i as f64).sin();
-        }
-        let k = surface.intrinsic_dimension();
-        for _ in 0..12 {
-            for (i, value) in self.step.iter_mut().enumerate() {
-                *value *= self.masses[1 + i / k];
-            }
-            self.band.solve(&mut self.step);
-            let largest = self.step.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-            for value in &mut self.step {
-                *value /= largest;
-            }
-        }
-        let direction = self.step.clone();
-        for size in [0.2, -0.2, 0.1, -0.1, 0.05, -0.05, 0.02, -0.02] {
-            for (target, value) in self.step.iter_mut().zip(&direction) {
-                *target = size * measure.length * value;
-            }
-            if let Some((_, energy)) = self.attempt(surface, curve, measure)
-                && energy < measure.energy + rim
-            {
-                std::mem::swap(&mut curve.nodes, &mut self.trial);
-                return Some(());
-            }
-        }
-        None
+    /// The longest move of a node that the step asks for.
+    fn longest_step(&self, k: usize) -> f64 {
+        let squares = self
+            .step
+            .chunks(k)
+            .map(|step| step.iter().map(|s| s * s).sum());
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    /// The Gauss curvature of a surface of dimension 2 at interior node `i` of the path last solved, as it was before the
+    /// last step.
+    pub fn gauss_curvature(&self, i: usize) -> f64 {
+        let [first, both, last] = self.geometries[i - 1].bends();
+        first.dot(&last) - both.norm_squared()
     }
 
     /// Prepares [`geodesic_curvature`](Self::geodesic_curvature) at the nodes of a curve.

@@ -1,7 +1,7 @@
 //! Many pairs at a time, and what a guess is worth before it is corrected.
 
 use crate::correction::Settings;
-use crate::geodesics::{CLOSE, GUESSES, Geodesics};
+use crate::geodesics::{CLOSE, DETOUR_ROUND, GUESSES, Geodesics};
 use crate::guess::Guide;
 use crate::guess::routes::{DETOUR, Ways};
 use crate::parallel;
@@ -107,6 +107,9 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Origin<D, S::Place>,
         settings: &Settings,
     ) -> Path<D> {
+        if let Some(path) = self.straight(&from.node, &to.node) {
+            return path;
+        }
         let longest = DETOUR * from.distance(to);
         if longest == f32::INFINITY {
             let [start, end] = [from, to].map(|origin| origin.entrances.first().map(|e| e.0));
@@ -115,18 +118,22 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             }
             return Path::none();
         }
-        let near = from.between(to, longest);
-        let ways = Ways {
-            graph: &self.graph,
-            through: |v| from.lengths[v as usize] + to.lengths[v as usize],
-            before: |v| from.previous[v as usize],
-            after: |v| to.previous[v as usize],
+        let guesses = |longest: f32| {
+            let near = from.between(to, longest);
+            let ways = Ways {
+                graph: &self.graph,
+                through: |v| from.lengths[v as usize] + to.lengths[v as usize],
+                before: |v| from.previous[v as usize],
+                after: |v| to.previous[v as usize],
+            };
+            let routes = ways.routes(&near, GUESSES, longest);
+            self.along(&from.node, &to.node, routes)
         };
-        let routes = ways.routes(&near, GUESSES, longest);
-        let mut guesses = self.along(&from.node, &to.node, routes);
-        guesses.extend(self.surface.ways(&from.node, &to.node, true));
+        let mut first = guesses(longest);
+        first.extend(self.surface.ways(&from.node, &to.node, true));
+        let more = || guesses(DETOUR_ROUND * from.distance(to));
         let mut workspace = self.take_workspace();
-        let paths = self.pull_taut(&guesses, settings, CLOSE, &mut workspace.solver);
+        let paths = self.pull_taut(first, more, settings, CLOSE, &mut workspace.solver);
         self.put_back(workspace);
         paths.into_iter().next().unwrap_or_else(Path::none)
     }

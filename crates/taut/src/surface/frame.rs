@@ -209,6 +209,14 @@ impl<const D: usize> Geometry<D> {
         self.pseudo_inverse(&second[..self.codimension])
     }
 
+    /// II(e, e), II(e, f) and II(f, f) of the two tangents e and f of a surface of dimension 2.
+    pub(crate) fn bends(&self) -> [Vector<D>; 3] {
+        let (e, f) = (self.tangent(0), self.tangent(1));
+        let (first, last) = (self.bend(&e), self.bend(&f));
+        let both = self.bend(&((e + f) * std::f64::consts::FRAC_1_SQRT_2));
+        [first, both - (first + last) * 0.5, last]
+    }
+
     /// A bound on the normal curvatures: the Frobenius norm of the second fundamental form, 1 / length.
     #[must_use]
     pub fn curvature_bound(&self) -> f64 {

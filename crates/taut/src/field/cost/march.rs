@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashSet};
 
 use crate::Vector;
+use crate::correction::length::HeightErrors;
 use crate::error::Error;
 use crate::field::Value;
 use crate::field::cost::Slope;
@@ -29,6 +30,10 @@ const TURN: f64 = 0.2;
 const EDGE: f64 = 2.0;
 /// Where costs jump, a way's last step costs more or less by this share of the jump.
 const JUMP: f64 = 0.5;
+
+/// Points' places err by what is estimated of them times this, and steps by this share of a spacing.
+const PLACES: f64 = 2.0;
+const FLOOR: f64 = 1e-3;
 
 /// A place of a source: where it lies, a node of the graph beside it, its start value, and the source.
 #[derive(Clone, Debug)]
@@ -60,10 +65,12 @@ struct Label<const D: usize> {
     /// Of the way's last step.
     step: Vector<D>,
     source: u32,
-    /// Estimated error by what is not known along the way.
+    /// Estimated error by what is not known along the way, ...
     doubt: f64,
     /// The place of a source that the point is reached straight from.
     origin: Option<u32>,
+    /// ... and by what the surface errs.
+    heights: HeightErrors,
 }
 
 impl<const D: usize> Label<D> {
@@ -75,6 +82,7 @@ impl<const D: usize> Label<D> {
             source: u32::MAX,
             doubt: 0.0,
             origin: None,
+            heights: HeightErrors::default(),
         }
     }
 }
@@ -129,50 +137,64 @@ pub(crate) fn find<const D: usize>(
     let rings = [&net.inner, &net.outer];
     let swept = parallel::map(rings.len(), |i| swept(net, rings[i], &first, &order));
     let (inner, outer) = (&swept[0], &swept[1]);
-    let value = |((inner, outer), first): ((&Label<D>, &Label<D>), &Label<D>)| {
-        let ahead = if net.is_length {
-            inner.gradient
+    let differ = |i: usize| {
+        let (inner, outer) = (&inner[i], &outer[i]);
+        let differ = (inner.cost - outer.cost).abs();
+        if net.slope == Slope::Level {
+            differ
         } else {
-            inner.step
-        };
-        let direction = ahead.try_normalize(0.0).unwrap_or_else(Vector::zeros);
-        if inner.cost > longest {
-            return Value::unreached();
-        }
-        let mut differ = (inner.cost - outer.cost).abs();
-        if net.slope != Slope::Level {
             // Ways may go to and fro between two directions, and where they do no order is known.
-            differ = differ.max((inner.cost - first.cost).abs());
-        }
-        Value {
-            distance: inner.cost,
-            error: differ + inner.doubt,
-            source: inner.source,
-            direction,
+            differ.max((inner.cost - first[i].cost).abs())
         }
     };
-    let values: Vec<Value<D>> = inner.iter().zip(outer).zip(&first).map(value).collect();
-    Ok(Found {
-        values: if net.is_length {
-            with_doubts_around(net, values)
+    let differ = parallel::map(inner.len(), differ);
+    let starts = sources.iter().filter_map(|origin| {
+        let near = net.nearest(&origin.point, origin.near?, 1);
+        Some(net.place_error(*near.first()?))
+    });
+    let start = starts.fold(0.0, f64::max);
+    let value = |i: usize| {
+        let label = &inner[i];
+        if !label.cost.is_finite() || label.cost > longest {
+            return Value::unreached();
+        }
+        // The two rings agree by chance at some points: their neighbours' say as much.
+        let ring = net.inner.of(i as u32).iter();
+        let around = ring.map(|spoke| differ[spoke.to as usize]);
+        let around = around.filter(|differ| differ.is_finite());
+        let rate = if net.costs[i].is_finite() {
+            net.costs[i]
         } else {
-            values
-        },
+            1.0
+        };
+        let places = (start + net.place_error(i as u32)) * rate;
+        let at_source = label.origin.is_some() && label.step.norm() == 0.0;
+        let ahead = if net.is_length {
+            label.gradient
+        } else {
+            label.step
+        };
+        Value {
+            distance: label.cost,
+            error: if at_source {
+                0.0
+            } else {
+                around.fold(differ[i], f64::max)
+                    + label.doubt
+                    + rate
+                        * (label.heights.length_error()
+                            + FLOOR * net.spacing[i].min(label.step.norm()))
+                    + PLACES * places
+            },
+            source: label.source,
+            direction: ahead.try_normalize(0.0).unwrap_or_else(Vector::zeros),
+        }
+    };
+    Ok(Found {
+        values: parallel::map(inner.len(), value),
         gradients: inner.iter().map(|label| label.gradient).collect(),
         straight: inner.iter().map(|label| label.origin).collect(),
         origins: sources,
-    })
-}
-
-/// The values, each as uncertain as the most uncertain one of its ring: the rings may agree at a point by chance.
-fn with_doubts_around<const D: usize>(net: &Net<D>, values: Vec<Value<D>>) -> Vec<Value<D>> {
-    parallel::map(values.len(), |i| {
-        let ring = net.inner.of(i as u32).iter();
-        let around = ring.map(|spoke| values[spoke.to as usize].error);
-        Value {
-            error: around.fold(values[i].error, f64::max),
-            ..values[i]
-        }
     })
 }
 
@@ -186,8 +208,10 @@ fn beside<const D: usize>(
     for (index, origin) in (0..).zip(sources) {
         let Some(chart) = origin.near else { continue };
         let near = net.nearest(&origin.point, chart, NEAR_SOURCE);
-        let rate = near.first().map_or(1.0, |i| net.costs[*i as usize]);
-        if !rate.is_finite() {
+        let outside = |i: &&u32| !net.is_held(&net.points[**i as usize]);
+        let rate = near.iter().find(outside);
+        let rate = rate.map_or(f64::INFINITY, |i| net.costs[*i as usize]);
+        if net.is_held(&origin.point) || !rate.is_finite() {
             return Err(Error::NoFoot {
                 point: format!("{:?}", (origin.point + coordinates).as_slice()),
                 reason: "a source lies where the cost is infinite",
@@ -209,6 +233,8 @@ fn beside<const D: usize>(
             let way = through(&net.target(*point), [&source_itself; 2]);
             let label = &mut labels[*point as usize];
             let length = way.step.norm();
+            let mut heights = HeightErrors::default();
+            net.add_errors(*point, &way.step, &mut heights);
             // The source may come nearer halfway to the next place.
             let nearer = length
                 - (length * length - 0.25 * origin.gap * origin.gap)
@@ -226,6 +252,7 @@ fn beside<const D: usize>(
                     source: origin.source,
                     doubt: 0.25 * (there - rate).abs() * length + rate * nearer + bent,
                     origin: Some(index),
+                    heights,
                 };
             }
         }
@@ -272,6 +299,8 @@ fn label<const D: usize>(
         }
     }
     doubt += JUMP * net.jumps[point as usize] * way.step.norm();
+    let mut heights = from.heights;
+    net.add_errors(point, &way.step, &mut heights);
     Label {
         cost: way.cost,
         gradient: way.gradient,
@@ -279,6 +308,7 @@ fn label<const D: usize>(
         source: from.source,
         doubt,
         origin: None,
+        heights,
     }
 }
 

@@ -7,6 +7,7 @@
 //! on a segment being cubic by its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron,
 //! SIAM Journal on Scientific Computing 43, 2021).
 
+mod barrier;
 mod evaluate;
 mod march;
 mod net;
@@ -68,6 +69,15 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
+    /// The [`barriers`](Cost::barriers) that change nothing: no point lies within them, and none between a point and its
+    /// neighbours.
+    #[must_use]
+    pub fn idle_barriers(&self) -> Vec<usize> {
+        self.net.as_ref().map_or_else(Vec::new, Net::idle_barriers)
+    }
+}
+
 /// What a way costs: the integral of cost per length.
 #[derive(Clone, Debug, Default)]
 pub struct Cost {
@@ -76,6 +86,9 @@ pub struct Cost {
     pub at_rows: Vec<f64>,
     /// By how much slopes multiply it.
     pub slope: Slope,
+    /// Polygons that nothing passes through, however thin: the first two coordinates of their corners, in the input's
+    /// units, as they are seen along the third axis. Points within them are not reached.
+    pub barriers: Vec<Vec<[f64; 2]>>,
 }
 
 /// By how much going up or down multiplies the cost per length. The third coordinate points up.

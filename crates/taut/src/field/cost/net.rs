@@ -1,11 +1,17 @@
 //! The points of a cloud with the segments between their neighbours, through which ways of least cost come.
 
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::Vector;
+use crate::correction::length::{HeightErrors, RIPPLE};
 use crate::error::Error;
+use crate::field::cost::barrier::Barrier;
 use crate::field::cost::update::Target;
 use crate::field::cost::{Cost, Slope};
 use crate::field::frame::Frame;
 use crate::parallel;
+use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::{Atlas, ChartIndex, Lists};
 use crate::surface::{Geometry, Node, Surface};
 
@@ -19,6 +25,8 @@ const CLOSED: f64 = 1.05;
 const WIDEST: f64 = 2.0;
 /// Where a straight step is looked at: between its ends.
 const ALONG: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+/// A chart of more points than this keeps them in a tree.
+const CROWDED: usize = 512;
 /// A step may cut across a rim by this many spacings.
 const CROSSING: f64 = 0.75;
 
@@ -56,6 +64,17 @@ impl Rings {
     }
 }
 
+/// How far the surface errs at a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Doubt {
+    /// Standard error of its height.
+    pub height: f64,
+    /// Radius of its chart.
+    pub radius: f64,
+    /// How far the points lie off it here.
+    pub off: f64,
+}
+
 /// Points with their costs and rings.
 #[derive(Clone, Debug)]
 pub(crate) struct Net<const D: usize> {
@@ -63,6 +82,8 @@ pub(crate) struct Net<const D: usize> {
     /// How the surface bends at the points; `None` where that is not known, and on curves.
     frames: Vec<Option<Frame<D>>>,
     pub costs: Vec<f64>,
+    /// What is known of how far the surface at each point errs.
+    pub doubts: Vec<Doubt>,
     pub slope: Slope,
     /// Costs are lengths.
     pub is_length: bool,
@@ -73,9 +94,16 @@ pub(crate) struct Net<const D: usize> {
     pub spacing: Vec<f64>,
     /// By how much costs round each point differ from a linear function.
     pub jumps: Vec<f64>,
+    barriers: Vec<Barrier>,
+    /// The barriers that change nothing.
+    idle: Vec<usize>,
+    /// Points within barriers have infinite costs as well: what of the others has them stops steps past it too.
+    walls: bool,
     /// For each node of the graph its points and those of the nodes beside it.
     by_chart: Lists,
     around: Lists,
+    /// The points of charts that many have gone to that no chart fits.
+    crowded: HashMap<u32, Tree<D>>,
 }
 
 impl<const D: usize> Net<D> {
@@ -100,7 +128,12 @@ impl<const D: usize> Net<D> {
             return Err(Error::NoCosts { dimension });
         }
         cost.slope.check()?;
-        let costs = costs_of_points(atlas, nodes.len(), &cost.at_rows)?;
+        let mut costs = costs_of_points(atlas, nodes.len(), &cost.at_rows)?;
+        let walls = costs.iter().any(|cost| !cost.is_finite());
+        let centre = &atlas.cloud().centre;
+        let polygons = cost.barriers.iter();
+        let barriers: Vec<Barrier> = polygons.map(|p| Barrier::new(p, centre)).collect();
+        let met: Vec<AtomicBool> = barriers.iter().map(|_| AtomicBool::new(false)).collect();
         let mut owned = vec![Vec::new(); atlas.nodes().len()];
         for point in 0..costs.len() {
             owned[nodes[point].place as usize].push(point as u32);
@@ -119,27 +152,65 @@ impl<const D: usize> Net<D> {
             (x, known.then(|| Frame::new(x, geometry)))
         };
         let found = parallel::map_with(costs.len(), scratch, put_on);
-        let (points, frames) = found.into_iter().unzip();
+        let (points, frames): (Vec<Vector<D>>, _) = found.into_iter().unzip();
+        let doubt = |i: usize| {
+            let (height, radius, noise) = atlas.doubt(nodes[i].place);
+            let off = (points[i] - nodes[i].point).norm().max(noise);
+            Doubt {
+                height,
+                radius,
+                off,
+            }
+        };
+        let doubts = parallel::map(costs.len(), doubt);
+        for (barrier, met) in barriers.iter().zip(&met) {
+            for (x, cost) in points.iter().zip(&mut costs) {
+                if barrier.holds(x) {
+                    *cost = f64::INFINITY;
+                    met.store(true, Ordering::Relaxed);
+                }
+            }
+        }
         let mut net = Self {
             points,
             frames,
-            is_length: cost.slope == Slope::Level && costs.iter().all(|cost| *cost == 1.0),
+            is_length: cost.slope == Slope::Level
+                && barriers.is_empty()
+                && costs.iter().all(|cost| *cost == 1.0),
             costs,
+            doubts,
             slope: cost.slope,
             inner: Rings::default(),
             outer: Rings::default(),
             spacing: Vec::new(),
             jumps: Vec::new(),
+            barriers,
+            idle: Vec::new(),
+            walls,
             by_chart,
             around,
+            crowded: HashMap::new(),
         };
+        for chart in 0..owned.len() as u32 {
+            let points = net.by_chart.of(chart).iter();
+            if points.len() > CROWDED {
+                let points: Vec<_> = points.map(|j| net.points[*j as usize]).collect();
+                net.crowded.insert(chart, Tree::new(&points));
+            }
+        }
         let rings =
-            |geometry: &mut _, i: usize| net.rings(atlas, i as u32, nodes[i].place, geometry);
+            |geometry: &mut _, i: usize| net.rings(atlas, i as u32, nodes[i].place, &met, geometry);
         let found = parallel::map_with(net.points.len(), scratch, rings);
         net.spacing = found.iter().map(|f| f.2).collect();
         let (inner, outer): (Vec<_>, Vec<_>) = found.into_iter().map(|f| (f.0, f.1)).unzip();
         (net.inner, net.outer) = (Rings::new(inner.into_iter()), Rings::new(outer.into_iter()));
         net.jumps = parallel::map(net.points.len(), |i| net.jump(i as u32));
+        let met = met.iter().map(|met| met.load(Ordering::Relaxed));
+        net.idle = met
+            .zip(0..)
+            .filter(|(met, _)| !met)
+            .map(|met| met.1)
+            .collect();
         Ok(net)
     }
 
@@ -160,13 +231,50 @@ impl<const D: usize> Net<D> {
         self.frames[point as usize].as_ref()
     }
 
+    /// What errors of the surface do to a step that ends at a point.
+    pub fn add_errors(&self, point: u32, step: &Vector<D>, errors: &mut HeightErrors) {
+        let i = point as usize;
+        let length = step.norm();
+        if length > 0.0 {
+            let curvature = self.frames[i].as_ref().map_or(0.0, |frame| {
+                let along = frame.coordinates(step);
+                frame.bend(along, along).norm() / (length * length)
+            });
+            errors.add(
+                length,
+                curvature,
+                self.doubts[i].height,
+                self.doubts[i].radius,
+            );
+        }
+    }
+
+    /// How far a point's place on the surface errs: it was moved there along a normal that is known as well as the
+    /// slope of a ripple.
+    pub fn place_error(&self, point: u32) -> f64 {
+        let doubt = &self.doubts[point as usize];
+        if doubt.radius > 0.0 {
+            doubt.off * (RIPPLE * doubt.height / doubt.radius).min(1.0)
+        } else {
+            0.0
+        }
+    }
+
     /// The points of the charts beside one, nearest to `x` first, at most `count`.
     pub fn nearest(&self, x: &Vector<D>, chart: u32, count: usize) -> Vec<u32> {
-        let charts = self.around.of(chart).iter();
-        let mut near: Vec<(f64, u32)> = charts
-            .flat_map(|chart| self.by_chart.of(*chart))
-            .map(|j| ((self.points[*j as usize] - x).norm_squared(), *j))
-            .collect();
+        let mut near: Vec<(f64, u32)> = Vec::new();
+        for chart in self.around.of(chart) {
+            let points = self.by_chart.of(*chart);
+            if let Some(tree) = self.crowded.get(chart) {
+                let mut found = Vec::new();
+                tree.nearest(x, count + 1, &mut found);
+                let index = |n: &Neighbour| points[tree.order[n.index as usize] as usize];
+                near.extend(found.iter().map(|n| (n.squared, index(n))));
+            } else {
+                let squared = |j: u32| (self.points[j as usize] - x).norm_squared();
+                near.extend(points.iter().map(|j| (squared(*j), *j)));
+            }
+        }
         let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
         if near.len() > count {
             near.select_nth_unstable_by(count, order);
@@ -184,8 +292,16 @@ impl<const D: usize> Net<D> {
 
     /// A straight step from `x` stays among points that can be passed, the nearest of `near` to each place on it.
     pub fn is_open(&self, x: &Vector<D>, to: &Vector<D>, near: &[u32]) -> bool {
-        let passable = |j: &u32| self.costs[*j as usize].is_finite();
-        near.iter().all(passable)
+        if self.barriers.iter().any(|barrier| barrier.stops(x, to)) {
+            return false;
+        }
+        // Of what lies within barriers the bounds are known.
+        let passable = |j: &u32| {
+            let x = &self.points[*j as usize];
+            self.costs[*j as usize].is_finite() || self.is_held(x)
+        };
+        !self.walls
+            || near.iter().all(passable)
             || ALONG.iter().all(|t| {
                 let place = x + (to - x) * *t;
                 let squared = |j: &u32| (self.points[*j as usize] - place).norm_squared();
@@ -194,12 +310,23 @@ impl<const D: usize> Net<D> {
             })
     }
 
+    /// Whether a point lies within a barrier.
+    pub fn is_held(&self, x: &Vector<D>) -> bool {
+        self.barriers.iter().any(|barrier| barrier.holds(x))
+    }
+
+    /// See [`Fields::idle_barriers`](crate::field::Fields::idle_barriers).
+    pub fn idle_barriers(&self) -> Vec<usize> {
+        self.idle.clone()
+    }
+
     /// Inner and outer ring of a point, and its spacing.
     fn rings(
         &self,
         atlas: &Atlas<D>,
         point: u32,
         chart: ChartIndex,
+        met: &[AtomicBool],
         geometry: &mut Geometry<D>,
     ) -> (Vec<Spoke>, Vec<Spoke>, f64) {
         let x = self.points[point as usize];
@@ -230,6 +357,12 @@ impl<const D: usize> Net<D> {
             };
             up.atan2(v.dot(&geometry.tangent(0)))
         };
+        for (barrier, met) in self.barriers.iter().zip(met) {
+            let mut steps = near.iter().map(|to| &self.points[*to as usize]);
+            if !met.load(Ordering::Relaxed) && steps.any(|to| barrier.stops(&x, to)) {
+                met.store(true, Ordering::Relaxed);
+            }
+        }
         let open: Vec<(f64, u32)> = near
             .iter()
             .filter(|to| **to != point && self.costs[**to as usize].is_finite())
@@ -238,7 +371,7 @@ impl<const D: usize> Net<D> {
         let ring = |ranks: std::ops::Range<usize>| {
             let ranks = ranks.start.min(open.len())..ranks.end.min(open.len());
             let ring = spread(&open[ranks], |to| passes(&self.points[to as usize]));
-            self.joined(&ring, plane, &passes)
+            self.joined(&x, &ring, plane, &passes)
         };
         (ring(INNER), ring(OUTER), spacing)
     }
@@ -246,6 +379,7 @@ impl<const D: usize> Net<D> {
     /// Which neighbours by angle have a segment between them.
     fn joined(
         &self,
+        x: &Vector<D>,
         ring: &[(f64, u32)],
         plane: bool,
         passes: &impl Fn(&Vector<D>) -> bool,
@@ -253,11 +387,15 @@ impl<const D: usize> Net<D> {
         let count = ring.len();
         let spoke = |i: usize| {
             let (to, next) = (ring[i].1, ring[(i + 1) % count].1);
-            let middle = (self.points[to as usize] + self.points[next as usize]) * 0.5;
+            let ends = [to, next].map(|i| self.points[i as usize]);
+            let middle = (ends[0] + ends[1]) * 0.5;
             let narrow = plane && count > 1 && gap(ring, i) <= WIDEST;
+            let stops = |barrier: &Barrier| {
+                barrier.stops(&ends[0], &ends[1]) || barrier.is_within([x, &ends[0], &ends[1]])
+            };
             Spoke {
                 to,
-                joined: narrow && passes(&middle),
+                joined: narrow && passes(&middle) && !self.barriers.iter().any(stops),
             }
         };
         (0..count).map(spoke).collect()

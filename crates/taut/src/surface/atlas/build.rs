@@ -11,7 +11,7 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
-use crate::surface::atlas::{Atlas, Lists, links, rows, scale, smooth};
+use crate::surface::atlas::{Atlas, Lists, UNEVEN, links, rows, scale, smooth};
 use crate::{Vector, parallel};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
@@ -52,6 +52,10 @@ pub(super) struct Draft<const D: usize> {
 const DETAIL: f64 = 2.0;
 /// Points of a cell looked at together.
 const MOST_POINTS: usize = 512;
+/// Turns in which charts that agree with none are dropped: where some are gone others may be left alone.
+const MOST_TURNS: usize = 3;
+/// Points near one without a chart, of which those with a chart say which it goes to.
+const ADOPTERS: usize = 32;
 /// A chart's support reaches this many times as far as its own points.
 const MARGIN: f64 = 1.25;
 
@@ -140,11 +144,13 @@ impl<const D: usize> Draft<D> {
                 dimension: intrinsic_dimension,
             });
         }
-        let owners = owners(&built, tree.points.len());
+        let mut owners = owners(&built, tree.points.len());
         let mut linked = links::links(&built, &owners, &monomials, &tree);
-        if links::drop_stray(&mut built, &linked, &owners) {
-            let owners = self::owners(&built, tree.points.len());
+        let mut turns = 0;
+        while turns < MOST_TURNS && links::drop_stray(&mut built, &linked, &owners) {
+            owners = self::owners(&built, tree.points.len());
             linked = links::links(&built, &owners, &monomials, &tree);
+            turns += 1;
         }
         Ok(Draft {
             cloud,
@@ -186,6 +192,8 @@ impl<const D: usize> Draft<D> {
         }
         Atlas {
             detail: detail(&charts),
+            uneven: uneven(&charts),
+            roughness: roughness(&charts),
             cloud,
             charts,
             owners,
@@ -203,11 +211,22 @@ impl<const D: usize> Draft<D> {
 
 /// See [`Surface::detail`](crate::surface::Surface::detail).
 pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
-    if median(charts.iter().map(|c| c.residual / c.spacing)) > NOISY {
+    if roughness(charts) > NOISY {
         DETAIL * median(charts.iter().map(|c| c.radius))
     } else {
         0.0
     }
+}
+
+/// What charts usually leave of their points, in spacings.
+pub(super) fn roughness<const D: usize>(charts: &[Chart<D>]) -> f64 {
+    median(charts.iter().map(|c| c.residual / c.spacing))
+}
+
+/// Whether some charts' heights err by far more than others'.
+pub(super) fn uneven<const D: usize>(charts: &[Chart<D>]) -> bool {
+    let usual = median(charts.iter().map(|c| c.height_error));
+    charts.iter().any(|c| c.height_error > UNEVEN * usual)
 }
 
 /// The tree's points by the cell of a grid that holds them; cells of very many points in pieces.
@@ -322,27 +341,38 @@ fn adopt<const D: usize>(
         charts[owner as usize].offsets(monomials, point, &mut offsets);
         offsets[..m].iter().map(|v| v * v).sum::<f64>()
     };
-    let adopted: Vec<u32> = orphans
-        .iter()
-        .map(|orphan| {
-            let point = &tree.points[*orphan];
-            let mut count = 32;
-            loop {
-                tree.nearest(point, count, &mut found);
-                let near = found.iter().map(|n| owners[n.index as usize]);
-                let best = near
-                    .filter(|owner| *owner != u32::MAX)
-                    .min_by(|a, b| miss(point, *a).total_cmp(&miss(point, *b)));
-                if let Some(owner) = best {
-                    return owner;
-                }
-                count *= 4;
-            }
-        })
-        .collect();
+    let nearest = |point: &Vector<D>, near: &mut dyn Iterator<Item = u32>| {
+        let owned = near.filter(|owner| *owner != u32::MAX);
+        owned.min_by(|a, b| miss(point, *a).total_cmp(&miss(point, *b)))
+    };
+    // Where whole regions have no charts, the points that have some are searched alone.
+    let mut charted: Option<(Tree<D>, Vec<u32>)> = None;
+    let mut adopted: Vec<u32> = Vec::with_capacity(orphans.len());
+    for orphan in &orphans {
+        let point = &tree.points[*orphan];
+        tree.nearest(point, ADOPTERS, &mut found);
+        let near = found.iter().map(|n| owners[n.index as usize]);
+        let owner = nearest(point, &mut near.into_iter()).or_else(|| {
+            let (tree, of) = charted.get_or_insert_with(|| owned(tree, owners));
+            tree.nearest(point, ADOPTERS, &mut found);
+            let near = found
+                .iter()
+                .map(|n| of[tree.order[n.index as usize] as usize]);
+            nearest(point, &mut near.into_iter())
+        });
+        adopted.push(owner.unwrap_or(0));
+    }
     for (orphan, owner) in orphans.into_iter().zip(adopted) {
         owners[orphan] = owner;
     }
+}
+
+/// The points that have a chart, and which.
+fn owned<const D: usize>(tree: &Tree<D>, owners: &[u32]) -> (Tree<D>, Vec<u32>) {
+    let owned = tree.points.iter().zip(owners);
+    let owned = owned.filter(|(_, owner)| **owner != u32::MAX);
+    let (points, of): (Vec<_>, Vec<_>) = owned.map(|(point, owner)| (*point, *owner)).unzip();
+    (Tree::new(&points), of)
 }
 
 #[cfg(test)]

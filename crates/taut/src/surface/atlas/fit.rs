@@ -85,11 +85,24 @@ pub(crate) struct LeastSquares {
     /// A column of intermediate values.
     weighted: Vec<f64>,
     residuals: Vec<f64>,
+    /// Squares of what is left out, as they come and in order.
+    squares: Vec<f64>,
+    sorted: Vec<f64>,
 }
 
 /// Samples whose residual is compared with a neighbour's.
 const PROBED: usize = 64;
 
+/// Samples of more than this weight say how far off the fit they usually lie; the median of a normal deviate's square.
+const INNER: f64 = 0.25;
+const MEDIAN_SQUARE: f64 = 0.455;
+/// Squares so many times as large as the largest of noise are strays', as medians of few samples err, ...
+const STRAY: f64 = 2.5;
+/// ... if the median of so many beside them is that many times smaller, ...
+const BESIDE: usize = 5;
+const ALONE: f64 = 25.0;
+/// ... and they are no more than one in so many.
+const FEW_STRAYS: usize = 6;
 /// A pivot below this share of the largest means that the samples do not determine the coefficient.
 const SMALLEST_PIVOT: f64 = 1e-9;
 
@@ -215,6 +228,63 @@ impl LeastSquares {
             }
         }
         sums.map(|sum| sum.quality())
+    }
+
+    /// The samples that the others leave far off, of which there are few: outliers, which would pull the fit towards
+    /// them. By what leaving each out leaves of it in the highest degree, right after [`qualities`](Self::qualities),
+    /// whose residuals it looks at. Among noise there are none.
+    pub fn strays(&mut self, samples: &Samples, strays: &mut Vec<u32>) {
+        strays.clear();
+        let rows = self.rows;
+        // What a polynomial does not follow far out counts less.
+        let factors = &mut self.weighted;
+        for (leverage, weight) in factors.iter_mut().zip(&samples.weights) {
+            let left = (1.0 - weight * *leverage).max(1e-9);
+            *leverage = (weight / INNER).min(1.0) / (left * left);
+        }
+        let squares = &mut self.squares;
+        squares.clear();
+        squares.resize(rows, 0.0);
+        for residuals in self.residuals.chunks_exact(rows) {
+            for ((square, residual), factor) in squares.iter_mut().zip(residuals).zip(&*factors) {
+                *square += factor * residual * residual;
+            }
+        }
+        let sorted = &mut self.sorted;
+        sorted.clear();
+        let inner = squares.iter().zip(&samples.weights);
+        sorted.extend(inner.filter(|s| *s.1 > INNER).map(|s| *s.0));
+        let middle = sorted.len() / 2;
+        if middle == 0 {
+            return;
+        }
+        let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // The square of the largest of n normal deviates is about 2 ln n.
+        let most = STRAY * (2.0 * (rows as f64).ln() + 12.0) * median / MEDIAN_SQUARE;
+        let far = (0..).zip(&*squares).filter(|(_, square)| **square > most);
+        strays.extend(far.map(|(i, _)| i));
+        if strays.len() * FEW_STRAYS > rows {
+            strays.clear();
+        }
+        strays.retain(|stray| self.is_alone(samples, *stray as usize));
+    }
+
+    /// Whether the samples right beside one lie much nearer to the fit: where the surface has detail that the polynomial
+    /// does not follow, they are off as well.
+    fn is_alone(&self, samples: &Samples, stray: usize) -> bool {
+        let rows = self.rows;
+        let mut beside = [(f64::INFINITY, 0.0); BESIDE];
+        for i in (0..rows).filter(|i| *i != stray) {
+            let columns = samples.coordinates.chunks_exact(rows);
+            let squared: f64 = columns.map(|c| (c[i] - c[stray]).powi(2)).sum();
+            if squared < beside[BESIDE - 1].0 {
+                beside[BESIDE - 1] = (squared, self.squares[i]);
+                beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+            }
+        }
+        let mut off = beside.map(|b| b.1);
+        off.sort_unstable_by(f64::total_cmp);
+        off[BESIDE / 2] * ALONE < self.squares[stray]
     }
 
     /// Correlation of each sample's residual with its nearest neighbour's: near 0 for noise, near 1

@@ -15,6 +15,13 @@ const ROUGH_SPACINGS: f64 = 0.5;
 const STRAY_POINTS: usize = 50;
 /// Charts are linked when they agree at this share of the points they have in common.
 const SHARE: f64 = 0.5;
+/// Where charts leave more spacings than this, noise may fill the gap between sheets here and there: ...
+const BLURRED: f64 = 0.1;
+/// ... a chart that agrees at less than this share of what is usual is linked to none, ...
+const LONELY: f64 = 0.6;
+/// ... and at less than this one where its residual is so many times the usual.
+const LESS: f64 = 0.85;
+const WORSE: f64 = 1.6;
 /// A chart means nothing where its surface is steeper over its plane than 60 degrees.
 pub(super) const STEEPEST: f64 = 2.0;
 /// Charts agree where their normals' squared cosine is at least this ...
@@ -73,6 +80,7 @@ pub(super) fn links<const D: usize>(
     };
     let mut votes = parallel::map(built.len(), of).concat();
     votes.par_sort_unstable();
+    let lonely = lonely(&votes, built, &usual);
     let mut links = vec![Vec::new(); built.len()];
     for votes in votes.chunk_by(|a, b| a.pair == b.pair) {
         let (i, j) = votes[0].pair;
@@ -80,7 +88,7 @@ pub(super) fn links<const D: usize>(
         let agreeing = f64::from(sum(|v| v.agreeing as i32));
         let rough = [i, j]
             .iter()
-            .any(|c| usual.rough(&built[*c as usize].chart));
+            .any(|c| lonely[*c as usize] || usual.rough(&built[*c as usize].chart));
         if !rough && agreeing >= SHARE * f64::from(sum(|v| v.shared as i32)) {
             let side = if sum(|v| v.same_side) >= 0 { 1 } else { -1 };
             links[i as usize].push((j, side));
@@ -88,6 +96,30 @@ pub(super) fn links<const D: usize>(
         }
     }
     links
+}
+
+/// The charts that agree with the others at far fewer of the points that they share than charts of this cloud do, or at
+/// fewer while they fit their points worse: fits across layers that agree with one of either by chance, and would join
+/// them.
+fn lonely<const D: usize>(votes: &[Vote], built: &[Built<D>], usual: &Usual) -> Vec<bool> {
+    if usual.roughness < BLURRED {
+        return vec![false; built.len()];
+    }
+    let mut sums = vec![[0_u32; 2]; built.len()];
+    for vote in votes {
+        for chart in [vote.pair.0, vote.pair.1] {
+            let [agreeing, shared] = &mut sums[chart as usize];
+            *agreeing += vote.agreeing;
+            *shared += vote.shared;
+        }
+    }
+    let share = |[agreeing, shared]: &[u32; 2]| f64::from(*agreeing) / f64::from((*shared).max(1));
+    let median = median(sums.iter().map(share));
+    let is_lonely = |(b, sum): (&Built<D>, _)| {
+        let worse = b.chart.residual > WORSE * usual.roughness * b.chart.spacing;
+        share(sum) < median * if worse { LESS } else { LONELY }
+    };
+    built.iter().zip(&sums).map(is_lonely).collect()
 }
 
 /// Removes small groups of charts that share fitted points with others yet agree with none of them:

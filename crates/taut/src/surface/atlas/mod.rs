@@ -9,6 +9,7 @@ pub(crate) mod build;
 pub(crate) mod chart;
 mod checks;
 mod cover;
+pub mod doubts;
 pub(crate) mod fit;
 mod fitted;
 mod implicit;
@@ -54,6 +55,11 @@ const FARTHER: f64 = 1.5;
 const AROUND: f64 = 5.0;
 /// Slack of feet on a single chart, in radii.
 const SLACK: f64 = 1e-6;
+/// Where the worst chart's error is this many times the median, errors are looked at all along paths, ...
+pub(crate) const UNEVEN: f64 = 20.0;
+/// ... at no more than so many places between two nodes, by charts that weigh there: within this share of their radius.
+const MOST_PIECES: f64 = 64.0;
+const WEIGHTY: f64 = 1.0;
 /// Charts looked at at a time for those that overlap a point.
 const LOOKED_AT: usize = 32;
 
@@ -72,6 +78,10 @@ pub struct Atlas<const D: usize> {
     pub(crate) rim: Rim<D>,
     /// Points that no chart fitted.
     outliers: usize,
+    /// Some charts err by far more than others.
+    uneven: bool,
+    /// What charts usually leave of their points, in spacings.
+    roughness: f64,
     /// See [`Surface::detail`].
     detail: f64,
     /// See [`Atlas::has_points`].
@@ -158,7 +168,7 @@ impl<const D: usize> Atlas<D> {
         })?;
         let point = point.ok_or(Error::NoSuchPoint {
             row,
-            reason: "the row was dropped because a value is not finite",
+            reason: self.cloud.why_dropped(),
         })?;
         self.node_of_point(point as usize)
     }
@@ -225,6 +235,12 @@ impl<const D: usize> Atlas<D> {
         self.neighbours.of(chart)
     }
 
+    /// A chart's standard error of height, its radius, and how far points lie off it.
+    pub(crate) fn doubt(&self, chart: ChartIndex) -> (f64, f64, f64) {
+        let chart = &self.charts[chart as usize];
+        (chart.height_error, chart.radius, chart.residual)
+    }
+
     /// The points lie off the surface by more than it errs.
     pub(crate) fn is_noisy(&self) -> bool {
         self.detail > 0.0
@@ -253,6 +269,26 @@ impl<const D: usize> Atlas<D> {
             let depth = |place| self.beyond_rim(&x, place).map_or(0.0, |d| d.0);
             depth(i).max(depth(j)) <= CROSSING * a.spacing.max(b.spacing)
         })
+    }
+
+    /// The mean square of the error of height between two nodes, by the worst chart at each place.
+    fn mean_square_error(&self, a: &Node<D, ChartIndex>, b: &Node<D, ChartIndex>) -> f64 {
+        let chord = b.point - a.point;
+        let step = 0.5 * self.charts[a.place as usize].radius;
+        let pieces = (chord.norm() / step).ceil().clamp(1.0, MOST_PIECES) as usize;
+        let mut place = a.place;
+        let squares = (0..=pieces).map(|i| {
+            let x = a.point + chord * (i as f64 / pieces as f64);
+            self.locate(&x, &mut place);
+            let charts = self.neighbours.of(place).iter();
+            let charts = charts.map(|chart| &self.charts[*chart as usize]);
+            let near = |chart: &&Chart<D>| {
+                (x - chart.origin).norm_squared() < (WEIGHTY * chart.radius).powi(2)
+            };
+            let errors = charts.filter(near).map(|chart| chart.height_error);
+            errors.fold(0.0, f64::max).powi(2)
+        });
+        squares.sum::<f64>() / (pieces + 1) as f64
     }
 
     /// Puts the places in `list` of the charts whose support holds `x` first in `found`; returns how many.
@@ -526,6 +562,13 @@ impl<const D: usize> Surface<D> for Atlas<D> {
 
     fn height_error(&self, place: ChartIndex) -> f64 {
         self.charts[place as usize].height_error
+    }
+
+    fn height_error_along(&self, [a, b, c]: [&Node<D, ChartIndex>; 3]) -> f64 {
+        if !self.uneven {
+            return self.height_error(b.place);
+        }
+        (0.5 * (self.mean_square_error(a, b) + self.mean_square_error(b, c))).sqrt()
     }
 
     fn resolution(&self, place: ChartIndex) -> f64 {

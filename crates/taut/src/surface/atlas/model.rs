@@ -12,7 +12,7 @@ use crate::surface::atlas::checks;
 use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
 use crate::surface::atlas::rim::{Disc, Rim};
 use crate::surface::atlas::supports::Supports;
-use crate::surface::atlas::{Atlas, ChartIndex, Lists};
+use crate::surface::atlas::{Atlas, ChartIndex, Lists, build};
 use crate::{Matrix, Vector};
 
 /// An atlas in R^d of dimension k, with m = d - k normals. Lengths are in the input's units, positions relative to
@@ -181,6 +181,7 @@ impl<const D: usize> Atlas<D> {
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
         let count = charts.len() as u32;
+        let (uneven, roughness) = (build::uneven(&charts), build::roughness(&charts));
         Ok(Self {
             tree: Tree::new(&origins),
             cloud: Cloud {
@@ -189,6 +190,7 @@ impl<const D: usize> Atlas<D> {
                 rows: (0..count).collect(),
                 point_of_row: (0..count).map(Some).collect(),
                 non_finite: 0,
+                far: 0,
                 duplicates: 0,
             },
             owners: (0..count).collect(),
@@ -206,6 +208,8 @@ impl<const D: usize> Atlas<D> {
             outliers: 0,
             has_points: false,
             detail: header.detail,
+            uneven,
+            roughness,
         })
     }
 }

@@ -64,7 +64,7 @@ impl<const D: usize> Atlas<D> {
 
     /// Distance in spacings from a chart's origin to the first point above or below it that belongs to
     /// another sheet, looked for along the normals.
-    fn other_sheet(&self, i: u32) -> Option<f64> {
+    pub(super) fn other_sheet(&self, i: u32) -> Option<f64> {
         let chart = &self.charts[i as usize];
         let m = D - self.monomials.variables;
         let same_sheet = self.neighbours.of(i);

@@ -22,6 +22,8 @@ const JUDGED: usize = 64;
 const ROUGH: f64 = 0.1;
 /// ... and the share of it that half of the points leave where it is detail: of noise they leave all.
 const DETAIL_LEFT: f64 = 0.88;
+/// Of a neighbourhood no more than one in so many is left out as far off the others.
+const MOST_STRAYS: usize = 5;
 /// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
 const MISFIT: f64 = 0.35;
 /// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
@@ -123,8 +125,7 @@ pub(super) fn fit<const D: usize>(
     let mut sheet = Sheet::new(tree, monomials, seed);
     let mut fit = |wanted: usize| {
         let neighbourhood = sheet.grow(wanted, workspace)?;
-        let fitted = fit_chart(&sheet, &neighbourhood, workspace)?;
-        Some((fitted, neighbourhood.members))
+        fit_without_strays(&sheet, neighbourhood, workspace)
     };
     let first = match fit(usual) {
         Some((fitted, members)) if fitted.chart.clean() => return Some((fitted.chart, members)),
@@ -180,6 +181,35 @@ pub(super) struct Fitted<const D: usize> {
     misfit: f64,
 }
 
+/// The chart of a neighbourhood without the points that lie far off what the others make: outliers between sheets. They
+/// hide each other, so that it takes a few turns.
+fn fit_without_strays<const D: usize>(
+    sheet: &Sheet<D>,
+    mut neighbourhood: Neighbourhood<D>,
+    workspace: &mut Workspace<D>,
+) -> Option<(Fitted<D>, Vec<u32>)> {
+    let mut fitted = fit_chart(sheet, &neighbourhood, workspace)?;
+    let most = neighbourhood.members.len() / MOST_STRAYS;
+    let (mut strays, mut left_out) = (Vec::new(), 0);
+    loop {
+        std::mem::swap(&mut strays, &mut workspace.strays);
+        left_out += strays.len();
+        if strays.is_empty() || left_out > most {
+            return Some((fitted, neighbourhood.members));
+        }
+        let mut place = 0..;
+        neighbourhood.members.retain(|_| {
+            place
+                .next()
+                .is_none_or(|place| strays.binary_search(&place).is_err())
+        });
+        let Some(next) = fit_chart(sheet, &neighbourhood, workspace) else {
+            return Some((fitted, neighbourhood.members));
+        };
+        fitted = next;
+    }
+}
+
 /// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
 pub(super) fn fit_chart<const D: usize>(
     sheet: &Sheet<D>,
@@ -205,6 +235,7 @@ pub(super) fn fit_chart<const D: usize>(
     let scale = samples.set(m, members.map(|x| frame.tr_mul(&(x - origin))));
     let reached = fit.factor(monomials, 4, samples)?;
     let qualities = fit.qualities(monomials, samples);
+    fit.strays(samples, &mut workspace.strays);
     let mut best = (1, qualities[0]);
     for candidate in (1..).zip(qualities).take(reached) {
         if POINTS_A_COEFFICIENT * monomials.count(candidate.0) <= rows

@@ -55,6 +55,8 @@ pub(crate) struct Workspace<const D: usize> {
     model: Model,
     pub samples: Samples,
     pub fit: LeastSquares,
+    /// Places among the points last fitted of those far off the others.
+    pub strays: Vec<u32>,
 }
 
 /// Where a sheet starts: places of points among those found, and their frame.

@@ -1,0 +1,158 @@
+//! What speaks against an answer on a cloud that its error estimates do not know of.
+
+use std::fmt;
+
+use crate::parallel;
+use crate::spatial::principal;
+use crate::surface::Node;
+use crate::surface::atlas::scale::usual_points;
+use crate::surface::atlas::{Atlas, ChartIndex};
+
+/// A reason to doubt all answers on a cloud. Its text is a sentence.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Doubt {
+    /// Another sheet comes so near, for the noise there is, that both may be read as one.
+    NearSheet {
+        /// Distance of the other sheet, in spacings.
+        spacings: f64,
+        /// Noise, in spacings.
+        noise: f64,
+    },
+    /// The points spread in more or fewer directions than the surface has dimensions.
+    Dimension {
+        /// The intrinsic dimension of the surface.
+        taken: usize,
+        /// The number of directions in which neighbouring points spread.
+        suggested: usize,
+    },
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NearSheet { spacings, noise } => write!(
+                formatter,
+                "another sheet comes as near as {spacings:.1} spacings where the points scatter by {noise:.2}: sheets so near may be read as one, and paths cross between them"
+            ),
+            Self::Dimension { taken, suggested } => write!(
+                formatter,
+                "neighbouring points spread in {suggested} directions, but the surface was taken to be of dimension {taken}: distances are wrong by more than their errors say if it is not; name its dimension with --dimension"
+            ),
+        }
+    }
+}
+
+/// Sheets nearer than so many spacings may be read as one, and where there is noise than as many of its deviations more.
+const NEAR_SHEET: f64 = 2.0;
+const DEVIATIONS: f64 = 4.0;
+/// Charts and points looked at.
+const LOOKED_AT: usize = 500;
+const SAMPLED: usize = 64;
+/// Neighbours for each dimension and two more, below which directions are chance.
+const FEWEST: usize = 4;
+/// Along the last dimension points spread less than this share of what they do along the one before it where it is none,
+/// among the usual neighbours and twice as many; ...
+const FLAT: [f64; 2] = [0.3, 0.4];
+/// ... and across the surface more than this share at all scales where it has one more.
+const THICK: f64 = 0.5;
+/// An end is off the surface where it is moved by so many times what points leave usually, and by this many spacings more.
+const OFF: f64 = 6.0;
+const OFF_SPACINGS: f64 = 0.2;
+const TWICE: f64 = 2.0;
+
+impl<const D: usize> Atlas<D> {
+    /// What speaks against all answers on the cloud. Looks at a sample of its charts and points: time does not grow with
+    /// their number but by the logarithm. Nothing is known of models.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<Doubt> {
+        if !self.has_points {
+            return Vec::new();
+        }
+        let sheet = self.near_sheet();
+        let dimension = self
+            .suggested_dimension()
+            .map(|suggested| Doubt::Dimension {
+                taken: self.monomials.variables,
+                suggested,
+            });
+        sheet.into_iter().chain(dimension).collect()
+    }
+
+    /// How many spacings an end lies off the surface, moved by so much onto it, where that is more than points usually do.
+    #[must_use]
+    pub fn spacings_off(&self, node: &Node<D, ChartIndex>, moved: f64) -> Option<f64> {
+        let chart = self.charts.get(node.place as usize)?;
+        // Charts between outliers leave more than others.
+        let residual = chart.residual.min(TWICE * self.roughness * chart.spacing);
+        let usual = OFF * residual + OFF_SPACINGS * chart.spacing;
+        (moved > usual).then(|| moved / chart.spacing)
+    }
+
+    fn near_sheet(&self) -> Option<Doubt> {
+        let step = self.charts.len().div_ceil(LOOKED_AT).max(1);
+        let looked_at = self.charts.len().div_ceil(step);
+        let others = parallel::map(looked_at, |i| self.other_sheet((i * step) as u32));
+        let others = sorted(others.into_iter().flatten());
+        // One chart that sees another may be an accident.
+        let spacings = *others.get(others.len().min(looked_at / 50).max(1))?;
+        let noises = self.charts.iter().step_by(step);
+        let noises = sorted(noises.map(|c| c.residual / c.spacing));
+        let noise = *noises.get(noises.len() / 2)?;
+        (spacings < NEAR_SHEET + DEVIATIONS * noise).then_some(Doubt::NearSheet { spacings, noise })
+    }
+
+    /// The number of directions in which neighbours spread, where it is not that of the surface.
+    fn suggested_dimension(&self) -> Option<usize> {
+        let k = self.monomials.variables;
+        let usual = usual_points(&self.monomials);
+        let small = self.spreads(usual / 3);
+        let [same, twice, more] = [1, 2, 4].map(|factor| self.spreads(factor * usual));
+        let same = same?;
+        if k >= 2 {
+            let flat = |spreads: &[f64; D], most: f64| spreads[k - 1] < most * spreads[k - 2];
+            let wider = twice.as_ref().unwrap_or(&same);
+            if flat(&same, FLAT[0]) && flat(wider, FLAT[1]) {
+                let along = same.iter().take_while(|spread| **spread > FLAT[1]).count();
+                return Some(along.clamp(1, k - 1));
+            }
+        }
+        let all: Vec<[f64; D]> = [small, Some(same), twice, more]
+            .into_iter()
+            .flatten()
+            .collect();
+        let thick = |i: usize| {
+            all.iter()
+                .all(|spreads| spreads[i] > THICK * spreads[i - 1])
+        };
+        let across = (k..D).take_while(|i| thick(*i)).count();
+        (across > 0).then_some(k + across)
+    }
+
+    /// How far so many neighbours spread along their principal directions, in terms of the first and largest first: the
+    /// median over points all over the cloud; `None` where the cloud has hardly more.
+    fn spreads(&self, neighbours: usize) -> Option<[f64; D]> {
+        let points = &self.tree.points;
+        if points.len() < 3 * neighbours || neighbours < FEWEST * (self.monomials.variables + 2) {
+            return None;
+        }
+        let step = points.len().div_ceil(SAMPLED);
+        let sampled = points.len().div_ceil(step);
+        let found = parallel::map_with(sampled, Vec::new, |found, i| {
+            self.tree.nearest(&points[i * step], neighbours, found);
+            let near = found.iter().map(|n| points[n.index as usize]);
+            let (values, _) = principal::eigen(&principal::scatter(near))?;
+            let largest = values[D - 1];
+            let spread = |j: usize| (values[D - 1 - j].max(0.0) / largest).sqrt();
+            (largest > 0.0).then(|| std::array::from_fn::<f64, D, _>(spread))
+        });
+        let found: Vec<[f64; D]> = found.into_iter().flatten().collect();
+        let median = |j: usize| sorted(found.iter().map(|s| s[j]))[found.len() / 2];
+        (!found.is_empty()).then(|| std::array::from_fn(median))
+    }
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
