@@ -11,7 +11,7 @@ use crate::surface::atlas::rim::Disc;
 /// Lengths lie between this and its inverse.
 const SMALLEST: f64 = 1e-100;
 /// A chart reaches at most so many times as far as the points that it was fitted to.
-const FARTHEST: f64 = 8.0;
+pub(super) const FARTHEST: f64 = 8.0;
 /// Points on a chart are at most so many radii apart.
 const SPARSEST: f64 = 10.0;
 /// Residuals and heights in radii, the latter at a radius.
