@@ -19,6 +19,9 @@ use crate::settings::{self, CloudSettings, End, EquationSettings, Sources};
 use crate::sites::{self, Site};
 use crate::surface::{Locate, locate, with_size};
 
+/// Places on the surface, and how far each was moved there.
+type Moved<T> = (Vec<T>, Vec<f64>);
+
 /// A surface made ready.
 pub struct Ready<'a, const D: usize, S: Guide<D>> {
     pub name: &'a str,
@@ -175,7 +178,7 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         sources: &Sources,
         starts: &[f64],
         progress: &Progress,
-    ) -> Result<(Vec<Source<D, S::Place>>, Vec<f64>), Failure> {
+    ) -> Result<Moved<Source<D, S::Place>>, Failure> {
         let sites = sites::of_sources(sources, self.dimension, progress)?;
         if !starts.is_empty() && starts.len() != sites.len() {
             return Err(Failure::Usage(format!(
@@ -260,7 +263,7 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         &self,
         curve: &Sources,
         progress: &Progress,
-    ) -> Result<(Vec<Node<D, S::Place>>, Vec<f64>), Failure> {
+    ) -> Result<Moved<Node<D, S::Place>>, Failure> {
         let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
         let found: Vec<_> = ends
             .iter()

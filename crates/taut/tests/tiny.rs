@@ -73,7 +73,7 @@ fn through(points: &[[f64; 3]], dimension: usize, rays: bool) {
     let geodesics = Geodesics::of_atlas(atlas);
     let surface = geodesics.surface();
     let mut nodes = (0..points.len()).filter_map(|row| surface.node_of_row(row).ok());
-    let (Some(first), Some(last)) = (nodes.next(), nodes.last()) else {
+    let (Some(first), Some(last)) = (nodes.next(), nodes.next_back()) else {
         return;
     };
     let path = geodesics.path(&first, &last, &Settings::default());

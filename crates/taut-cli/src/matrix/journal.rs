@@ -268,7 +268,7 @@ fn process(path: &Path) -> Option<u32> {
         Line::Process { process } => Some(process),
         _ => None,
     };
-    lines.filter_map(process).last()
+    lines.filter_map(process).next_back()
 }
 
 /// The refusal of what stands where a run would go on.
