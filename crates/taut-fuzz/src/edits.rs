@@ -9,7 +9,7 @@ use crate::Bytes;
 use crate::models::through;
 
 /// A cap of a paraboloid with a hole: charts, rims and all.
-static MODELS: LazyLock<[Model; 2]> = LazyLock::new(|| [of_cap(14, 0.02), of_cap(9, 1e-4)]);
+static MODELS: LazyLock<[Model; 2]> = LazyLock::new(|| [of_cap(6, 0.02), of_cap(5, 1e-3)]);
 
 fn of_cap(side: i32, accuracy: f64) -> Model {
     let place = |i: i32| f64::from(i) / f64::from(side);
