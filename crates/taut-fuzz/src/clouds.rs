@@ -65,7 +65,7 @@ fn ends(geodesics: &Geodesics<3, Atlas<3>>) -> Option<[Node<3, ChartIndex>; 2]> 
     let rows = 0..surface.cloud().point_of_row.len();
     let mut nodes = rows.filter_map(|row| surface.node_of_row(row).ok());
     let first = nodes.next()?;
-    Some([first, nodes.last().unwrap_or(first)])
+    Some([first, nodes.next_back().unwrap_or(first)])
 }
 
 /// A surface and a path on it.
