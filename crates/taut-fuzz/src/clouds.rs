@@ -68,17 +68,21 @@ fn ends(geodesics: &Geodesics<3, Atlas<3>>) -> Option<[Node<3, ChartIndex>; 2]> 
     Some([first, nodes.next_back().unwrap_or(first)])
 }
 
-/// A surface and a path on it.
+/// A surface and a path on it, or several.
 pub fn atlas(bytes: &[u8]) {
-    let Some(geodesics) = Tiny::new(bytes).geodesics() else {
+    let tiny = Tiny::new(bytes);
+    let Some(geodesics) = tiny.geodesics() else {
         return;
     };
-    if let Some([from, to]) = ends(&geodesics) {
+    let Some([from, to]) = ends(&geodesics) else {
+        return;
+    };
+    if tiny.choices % 4 > 0 {
         check_path(&geodesics, &from, &to);
-        let settings = Settings::default();
-        for path in geodesics.alternatives(&from, &to, &settings, 2) {
-            assert!(!path.converged() || path.length.is_finite());
-        }
+        return;
+    }
+    for path in geodesics.alternatives(&from, &to, &Settings::default(), 2) {
+        assert!(!path.converged() || path.length.is_finite());
     }
 }
 
