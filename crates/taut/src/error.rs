@@ -55,6 +55,19 @@ pub enum Error {
         /// The accuracy given.
         found: f64,
     },
+    /// Points through which no surface was fitted that could be kept.
+    #[error(
+        "no surface fits{}: found {found}, expected {expected}; leave out points that stray or crowd, or give another accuracy",
+        near_text(.place.as_deref())
+    )]
+    BadFit {
+        /// Coordinates of the middle of the chart; `None` for what all share.
+        place: Option<String>,
+        /// What the fit came to.
+        found: String,
+        /// What it should.
+        expected: String,
+    },
     /// A model of a surface that contradicts itself.
     #[error("{}found {found}, expected {expected}; fit the model again", chart_text(*.chart))]
     BadModel {
@@ -164,6 +177,10 @@ pub enum Error {
         /// The length taken for the surface's extent.
         size: f64,
     },
+}
+
+fn near_text(place: Option<&str>) -> String {
+    place.map_or(String::new(), |place| format!(" near ({place})"))
 }
 
 fn chart_text(chart: Option<usize>) -> String {

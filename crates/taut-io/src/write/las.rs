@@ -247,8 +247,8 @@ impl Count {
     }
 
     fn put(&self, head: &mut Head) {
-        // Point formats of version 1.4 are counted in eight bytes alone.
-        let is_short = head.format < EXTENDED_FORMAT;
+        // Point formats of version 1.4 are counted in eight bytes alone, where the header has these.
+        let is_short = head.format < EXTENDED_FORMAT || !head.is_long;
         let short = |count: u64| match u32::try_from(count) {
             Ok(count) if is_short => count,
             _ => 0,

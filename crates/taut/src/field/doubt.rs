@@ -9,7 +9,7 @@ use crate::field::evaluate::{Taken, Value};
 use crate::field::frame::ON_SURFACE;
 use crate::field::jet::{direction_at, turned_by};
 use crate::field::piece::Piece;
-use crate::field::{Field, Fields, frame};
+use crate::field::{Field, Fields};
 use crate::guess::Guide;
 use crate::parallel;
 use crate::result::Path;
@@ -310,43 +310,12 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return Some(taken.with_missed());
         }
         let proven = self.proven(field, node, x);
-        // A claim of a shorter way that no shot bears out, nor any refutes: the path itself is pulled taut.
-        let is_open = proven
-            .as_ref()
-            .is_none_or(|p| p.value.distance - distance > slack);
-        let settled = proven.filter(|_| !is_open);
-        let settled = settled.or_else(|| self.pulled_taut(field, &taken, node, x));
-        Some(settled.unwrap_or_else(|| taken.with_missed()))
-    }
-
-    /// The value by the path pulled taut from the source that a branch speaks of; `None` where it does not converge.
-    fn pulled_taut(
-        &self,
-        field: &Field<D>,
-        taken: &Taken<D>,
-        node: u32,
-        x: &Vector<D>,
-    ) -> Option<Taken<D>> {
-        let sight = Sight::new(self, &field.pieces, &field.piece_nodes, field.tolerance)?;
-        let surface = self.geodesics.surface();
-        let mut geometry = Geometry::new(D - 2);
-        let mut end = self.geodesics.graph().nodes[node as usize];
-        end.point = surface.foot(x, &mut end.place, &mut geometry)?;
-        let path = sight.path(taken.value.source, &end)?;
-        let here = frame(surface, &end, &mut geometry)?;
-        let back = here.log(path.points.iter().nth_back(1)?, ON_SURFACE);
-        let distance = field.pieces[taken.value.source as usize].start + path.length;
-        Some(Taken {
-            value: Value {
-                distance,
-                error: path.length_error + path.surface_error,
-                source: taken.value.source,
-                direction: -here.vector(back).try_normalize(0.0)?,
-            },
-            believed: distance,
-            missed: 0.0,
-            ..*taken
-        })
+        let Some(mut proven) = proven else {
+            return Some(taken.with_missed());
+        };
+        // A claim of a shorter way that no shot bears out may be true nonetheless.
+        proven.value.error += (proven.value.distance - distance - slack).max(0.0);
+        Some(proven)
     }
 
     /// The value by the node, or where rays draw together by one beside it that says of a way shorter by more than its error.

@@ -115,7 +115,14 @@ impl<const D: usize> Field<D> {
             }
         });
         let values = values.filter(|taken| taken.beyond <= most);
-        let least = values.min_by(|a, b| a.believed.total_cmp(&b.believed))?;
+        let mut least = values.min_by(|a, b| a.believed.total_cmp(&b.believed))?;
+        // A branch that is not known as far as the point may lead there by a shorter way.
+        let unknown = self.branches(node).iter().filter(|branch| {
+            branch.piece.is_none() && branch.jet.distance_at(v, frame.gauss).is_none()
+        });
+        let ways = unknown.map(|branch| branch.jet.distance + branch.jet.ahead(v));
+        let shorter = least.value.distance - ways.fold(f64::INFINITY, f64::min);
+        least.missed = least.missed.max(shorter);
         (least.value.distance <= self.max_distance).then_some(least)
     }
 

@@ -269,6 +269,11 @@ impl Jet {
         }
     }
 
+    /// How far tangent coordinates `v` lie ahead along the gradient.
+    pub fn ahead(&self, v: [f64; 2]) -> f64 {
+        self.split(v)[0]
+    }
+
     /// Along the gradient and to the left of it.
     fn split(&self, v: [f64; 2]) -> [f64; 2] {
         let g = self.gradient;

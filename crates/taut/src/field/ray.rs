@@ -328,6 +328,10 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     for _ in 0..MOST_STEPS {
         let longest = limits.longest_step(knot.near);
         step = step.min(longest);
+        // A node without neighbours knows no length to step by.
+        if step <= 0.0 {
+            break;
+        }
         let Some((next, error)) =
             advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry)
         else {

@@ -17,6 +17,8 @@ pub(crate) struct RawHeader {
     /// Bytes of a record.
     pub record: u64,
     pub points: u64,
+    /// Whether it has the fields of version 1.4.
+    pub is_long: bool,
     /// Start of the first extended variable length record, LAS 1.4.
     pub evlr: Option<u64>,
 }
@@ -45,7 +47,7 @@ impl RawHeader {
                 EXPORT_REMEDY,
             ));
         }
-        let is_1_4 = (bytes[24], bytes[25]) >= (1, 4) && bytes.len() == Self::SIZE_1_4;
+        let is_long = (bytes[24], bytes[25]) >= (1, 4) && bytes.len() == Self::SIZE_1_4;
         let number = |offset: usize, size: usize| {
             let mut wide = [0; 8];
             wide[..size].copy_from_slice(&bytes[offset..offset + size]);
@@ -53,7 +55,7 @@ impl RawHeader {
         };
         // Files of version 1.4 count in eight bytes, and may count in four besides.
         let legacy_points = number(107, 4);
-        let points = if is_1_4 { number(247, 8) } else { 0 };
+        let points = if is_long { number(247, 8) } else { 0 };
         if legacy_points != 0 && points != 0 && legacy_points != points {
             return Err(Fault::byte(
                 247,
@@ -69,7 +71,8 @@ impl RawHeader {
             is_compressed: bytes[104] & 0b1100_0000 != 0,
             record: number(105, 2),
             points: points.max(legacy_points),
-            evlr: (is_1_4 && number(243, 4) > 0).then(|| number(235, 8)),
+            is_long,
+            evlr: (is_long && number(243, 4) > 0).then(|| number(235, 8)),
         })
     }
 
@@ -77,9 +80,14 @@ impl RawHeader {
         let wrong = |offset: u64, found: String, expected: String| {
             Err(Fault::byte(offset, found, expected, EXPORT_REMEDY))
         };
-        if self.header_size < Self::SIZE as u64 {
+        let least = if self.is_long {
+            Self::SIZE_1_4
+        } else {
+            Self::SIZE
+        };
+        if self.header_size < least as u64 {
             let found = format!("a header of {} bytes", self.header_size);
-            return wrong(94, found, format!("at least {}", Self::SIZE));
+            return wrong(94, found, format!("at least {least}"));
         }
         let room_before_points = self.points_offset.checked_sub(self.header_size);
         if self.points_offset > length

@@ -77,7 +77,7 @@ impl Head {
             behind,
             laszip,
             format,
-            is_long: original.is_long(),
+            is_long: original.raw.is_long,
         })
     }
 }

@@ -126,11 +126,6 @@ impl Original {
         u64::from_le_bytes(wide)
     }
 
-    /// Whether the header has the fields of version 1.4.
-    pub fn is_long(&self) -> bool {
-        self.header[place::MINOR_VERSION] >= 4 && self.header.len() >= RawHeader::SIZE_1_4
-    }
-
     fn read_records(&mut self) -> Result<(), Fault> {
         let mut at = self.raw.header_size;
         for _ in 0..self.raw.vlrs {
@@ -159,7 +154,7 @@ impl Original {
     }
 
     fn find_extended(&mut self) -> Result<(), Fault> {
-        if !self.is_long() {
+        if !self.raw.is_long {
             return Ok(());
         }
         let mut start = self.number(place::FIRST_EXTENDED, 8);

@@ -100,6 +100,10 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         let Some(knot) = knots.last() else { break };
         let longest = longest(knot.near);
         step = step.min(longest);
+        // A node without neighbours knows no length to step by.
+        if step <= 0.0 {
+            break;
+        }
         let Some((mut next, error)) =
             advance(surface, knot, step, FARTHEST_OFF * longest, &mut geometry)
         else {

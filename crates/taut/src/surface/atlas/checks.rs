@@ -3,15 +3,15 @@
 //! The bounds are far wider than what fits of clean, noisy, uneven and torn clouds reach; they are there for damaged files.
 
 use crate::error::Error;
-use crate::surface::atlas::ChartIndex;
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::model::{ModelChart, expect};
 use crate::surface::atlas::rim::Disc;
+use crate::surface::atlas::{Atlas, ChartIndex};
 
 /// Lengths lie between this and its inverse.
 const SMALLEST: f64 = 1e-100;
 /// A chart reaches at most so many times as far as the points that it was fitted to.
-const FARTHEST: f64 = 8.0;
+pub(super) const FARTHEST: f64 = 8.0;
 /// Points on a chart are at most so many radii apart.
 const SPARSEST: f64 = 10.0;
 /// Residuals and heights in radii, the latter at a radius.
@@ -31,6 +31,32 @@ const LONGEST_SHARE: f64 = 1e3;
 const ROUNDING: f64 = 1e-9;
 /// Wavelengths of detail, in the smallest and in the largest radii.
 const DETAIL: [f64; 2] = [0.1, 10.0];
+
+/// Refuses charts that no reader of the model would take, so that what was fitted can be kept.
+pub(super) fn fitted<const D: usize>(atlas: &Atlas<D>) -> Result<(), Error> {
+    let normals = D - atlas.monomials.variables;
+    let checked = atlas.charts.iter().enumerate().try_for_each(|(i, chart)| {
+        lengths(i, chart, normals)?;
+        discs(i, chart, atlas.rim.of(i as ChartIndex))?;
+        beside(i, atlas.neighbours.of(i as ChartIndex), &atlas.charts)
+    });
+    let checked = checked.and_then(|()| detail(atlas.detail, &atlas.charts));
+    checked.map_err(|error| match error {
+        Error::BadModel {
+            chart,
+            found,
+            expected,
+        } => Error::BadFit {
+            place: chart.map(|i| {
+                let point = atlas.charts[i].origin + atlas.cloud.centre;
+                format!("{:?}", point.as_slice())
+            }),
+            found,
+            expected,
+        },
+        other => other,
+    })
+}
 
 /// Refuses a chart whose lengths do not fit each other.
 pub(super) fn lengths<const D: usize>(

@@ -10,6 +10,7 @@ use crate::Vector;
 use crate::spatial::principal;
 use crate::surface::atlas::build::{Built, Draft};
 use crate::surface::atlas::chart::Chart;
+use crate::surface::atlas::checks::FARTHEST;
 use crate::surface::atlas::links::{self, Link, STEEPEST};
 use crate::surface::atlas::scale;
 use crate::surface::atlas::sheets::{Neighbourhood, Sheet, Workspace};
@@ -155,7 +156,8 @@ impl<const D: usize> Larger<'_, D> {
         };
         let fitted = scale::fit_chart(&sheet, &neighbourhood, &mut Workspace::default())?;
         let mut chart = fitted.chart;
-        chart.radius = radius;
+        // The middle chart may know more distant points than these.
+        chart.radius = radius.min(FARTHEST * chart.scale);
         chart.height_error = chart.residual;
         let members = neighbourhood.members;
         let m = D - draft.monomials.variables;

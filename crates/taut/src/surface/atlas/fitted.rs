@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::surface::Geometry;
 use crate::surface::atlas::Atlas;
 use crate::surface::atlas::build::Draft;
+use crate::surface::atlas::checks;
 use crate::surface::atlas::cover::{Cover, cover};
 use crate::surface::atlas::orient::{Orientation, orient, turn};
 use crate::surface::atlas::rim::Rim;
@@ -48,7 +49,8 @@ impl<const D: usize> Atlas<D> {
     /// else outside of what a component encloses.
     ///
     /// # Errors
-    /// [`Error::BadAccuracy`] for an accuracy that is no positive length, and those of [`Atlas::new`].
+    /// [`Error::BadAccuracy`] for an accuracy that is no positive length, [`Error::BadFit`] where the charts are none that
+    /// [`Atlas::from_model`] would take, and those of [`Atlas::new`].
     ///
     /// # Panics
     /// If there are normals, but not a row for each row of the input.
@@ -90,6 +92,7 @@ impl<const D: usize> Atlas<D> {
         }
         let (neighbours, sides) = draft.neighbours();
         let atlas = draft.with_rim(neighbours, sides, rim.grouped(&groups));
+        checks::fitted(&atlas)?;
         let residuals = atlas.residuals();
         let known = || residuals.iter().copied().filter(|r| r.is_finite());
         let squares: f64 = known().map(|r| r * r).sum();
