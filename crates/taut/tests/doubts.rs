@@ -152,7 +152,7 @@ fn outliers_neither_pull_the_surface_nor_pass_for_points_of_it() {
         };
         let mistaken = (0..inliers).filter_map(off).count();
         assert!(
-            mistaken <= 2,
+            mistaken * 500 <= inliers,
             "{mistaken} points of the surface are said to be off it"
         );
         let height = |point: &[f64; 3]| point.iter().map(|v| v * v).sum::<f64>().sqrt() - 1.0;

@@ -20,8 +20,6 @@ pub(super) const DOUBTFUL: f64 = 1e-3;
 /// Claims of one source whose rays are nearer to each other than so many spacings, and than this angle in radians, are of one ray.
 const SAME_RAY: f64 = 0.3;
 
-/// A surface whose height errs by more than this, in spacings of the graph's nodes, is rough there.
-const ROUGH: f64 = 1e-3;
 /// The nodes around a point that are asked lie no farther from it than so many spacings.
 const CLOSE: f64 = 1.2;
 
@@ -49,15 +47,16 @@ pub(super) struct Sight<'a, const D: usize, S: Guide<D>> {
 }
 
 impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
-    /// `None` for curves: rays leave them square, and none may lead from where they left to a point beside.
+    /// `None` for curves: rays leave them square, and none may lead from where they left to a point beside. Nor where the
+    /// surface errs here and there: geodesics shot on it prove nothing.
     pub fn new(
         fields: &'a Fields<'a, D, S>,
         pieces: &'a [Piece<D>],
         nodes: &'a [Option<u32>],
         tolerance: f64,
     ) -> Option<Self> {
-        let of_points = pieces.iter().all(Piece::is_point);
-        of_points.then_some(Self {
+        let is_smooth = !fields.geodesics.surface().is_uneven();
+        (is_smooth && pieces.iter().all(Piece::is_point)).then_some(Self {
             fields,
             pieces,
             nodes,
@@ -249,13 +248,6 @@ pub(super) fn is_scattered(branch: &Branch) -> bool {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The surface itself errs at a node, so that geodesics shot on it prove nothing.
-    fn is_rough(&self, node: u32) -> bool {
-        let place = self.geodesics.graph().nodes[node as usize].place;
-        let error = self.geodesics.surface().height_error(place);
-        error > ROUGH * self.spacing[node as usize]
-    }
-
     /// The value at a point near a node whose jets are doubtful: by the node or those beside it where they agree, else by the
     /// geodesics that they speak of.
     pub(super) fn second_opinion(
@@ -270,8 +262,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let beside = self.adjacent(node).map(|edge| edge.to);
             std::iter::once(node).chain(beside)
         };
-        let is_aside = |near: u32| self.is_rough(near) || field.branches(near).iter().any(is_fixed);
-        if field.is_of_curve() || around(node).any(is_aside) {
+        let is_aside = |near: u32| field.branches(near).iter().any(is_fixed);
+        let sight = Sight::new(self, &field.pieces, &field.piece_nodes, field.tolerance);
+        if sight.is_none() || around(node).any(is_aside) {
             return self.shortest_beside(field, node, x, share, first);
         }
         let most = first.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);

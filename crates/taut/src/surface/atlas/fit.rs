@@ -277,11 +277,6 @@ impl LeastSquares {
         strays.retain(|stray| self.is_alone(samples, *stray as usize));
     }
 
-    /// How far off a sample is, right after [`strays`](Self::strays).
-    pub fn off(&self, sample: usize) -> f64 {
-        self.squares[sample].sqrt()
-    }
-
     /// Whether the samples right beside one lie much nearer to the fit: where the surface has detail that the polynomial
     /// does not follow, they are off as well.
     fn is_alone(&self, samples: &Samples, stray: usize) -> bool {

@@ -110,9 +110,7 @@ pub(super) fn seed<const D: usize>(tree: &Tree<D>, points: &[u32]) -> Option<u32
 }
 
 /// Outliers lie farther off than so many spacings.
-const STRAYED: f64 = 0.3;
-/// The point nearest to an outlier is at least this share of the way to the surface off.
-const LONELY: f64 = 0.7;
+const STRAYED: f64 = 0.1;
 
 /// Fits the chart around a point; returns it with the points it was fitted to.
 ///
@@ -242,14 +240,6 @@ pub(super) fn fit_chart<const D: usize>(
     let qualities = fit.qualities(monomials, samples);
     let spacing = spread(scale, rows, k);
     fit.strays(samples, STRAYED * spacing, &mut workspace.strays);
-    // A point with others nearer to it than the fit belongs to another sheet, which has its own charts.
-    let mut beside = Vec::new();
-    workspace.strays.retain(|stray| {
-        let x = points[neighbourhood.members[*stray as usize] as usize];
-        sheet.tree.nearest(&x, 2, &mut beside);
-        let nearest = beside.last().map_or(f64::INFINITY, |other| other.squared);
-        nearest.sqrt() >= LONELY * fit.off(*stray as usize)
-    });
     let mut best = (1, qualities[0]);
     for candidate in (1..).zip(qualities).take(reached) {
         if POINTS_A_COEFFICIENT * monomials.count(candidate.0) <= rows
