@@ -77,7 +77,7 @@ pub fn atlas(bytes: &[u8]) {
     let Some([from, to]) = ends(&geodesics) else {
         return;
     };
-    if tiny.choices % 4 > 0 {
+    if !tiny.choices.is_multiple_of(4) {
         check_path(&geodesics, &from, &to);
         return;
     }
