@@ -53,7 +53,7 @@ fn rows_of_missing_data_are_left_out_and_said() {
     );
     let found = distances(&output);
     for (i, distance) in found.iter().enumerate().filter(|(i, _)| *i != 7) {
-        assert!((distance - angle(points[0], points[i])).abs() < 1e-4, "{i}");
+        assert!((distance - angle(points[0], points[i])).abs() < 1e-3, "{i}");
     }
     assert!(found[7].is_nan());
     let refused = taut(&["path", name(&file), "--from", "0", "--to", "7"]);

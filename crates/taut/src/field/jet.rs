@@ -232,7 +232,8 @@ impl Jet {
     /// not followed past where they meet: that may be a caustic.
     fn covers(&self, ahead: f64, front: f64) -> bool {
         let is_round = self.heading.range.is_none() && !self.heading.is_bent();
-        let meet = is_round && 1.0 + self.curvature * ahead < FOCUS;
+        let draws_together = is_round && self.curvature < 0.0;
+        let meet = draws_together && 1.0 + self.curvature * ahead < FOCUS;
         !meet && -self.width[0] <= front && front <= self.width[1]
     }
 
