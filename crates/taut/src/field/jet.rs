@@ -99,6 +99,8 @@ pub(crate) const WIDE: f64 = 2.0;
 const EVEN: f64 = 0.5;
 /// Most curvature of the surface, times the square of the step: more is noise, and the series end.
 const MOST_BENT: f64 = 0.3;
+/// A front is a circle about the source where its curvature and 1 / J differ by less than this share.
+const CIRCLE: f64 = 0.1;
 /// Rays drawing together must not come nearer than this share of their distance in one step.
 const FOCUS: f64 = 0.1;
 
@@ -232,8 +234,9 @@ impl Jet {
     /// not followed past where they meet: that may be a caustic.
     fn covers(&self, ahead: f64, front: f64) -> bool {
         let is_round = self.heading.range.is_none() && !self.heading.is_bent();
-        let draws_together = is_round && self.curvature < 0.0;
-        let meet = draws_together && 1.0 + self.curvature * ahead < FOCUS;
+        // Behind a front that is a circle about the source there is the source itself, and no caustic.
+        let about_source = (self.curvature / self.heading.turn.abs() - 1.0).abs() < CIRCLE;
+        let meet = is_round && !about_source && 1.0 + self.curvature * ahead < FOCUS;
         !meet && -self.width[0] <= front && front <= self.width[1]
     }
 
