@@ -55,8 +55,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         nodes: &'a [Option<u32>],
         tolerance: f64,
     ) -> Option<Self> {
-        let is_smooth = !fields.geodesics.surface().is_uneven();
-        (is_smooth && pieces.iter().all(Piece::is_point)).then_some(Self {
+        (fields.is_smooth && pieces.iter().all(Piece::is_point)).then_some(Self {
             fields,
             pieces,
             nodes,

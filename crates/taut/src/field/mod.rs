@@ -113,6 +113,8 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     net: Option<cost::Net<D>>,
     /// Distance from each node of the graph to its nearest ones, or nearly that around it if that is more.
     spacing: Vec<f64>,
+    /// The surface errs nowhere by much of a spacing, as it does beside outliers.
+    is_smooth: bool,
     rims: Rims<D, S::Place>,
     /// The node nearest to each point of a cloud, once they have been asked for.
     places: OnceLock<Vec<u32>>,
@@ -165,6 +167,8 @@ const ROUGH: f64 = 1e-4;
 const FEWEST: usize = 64;
 const RESOLVED: f64 = 0.3;
 const MOST: f64 = 0.95;
+/// Error of the surface's height at any node, in spacings, above which geodesics prove nothing of distances.
+const TORN: f64 = 1e-2;
 /// Neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
 /// Nodes right beside each other are at most this many spacings apart.
@@ -192,6 +196,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             frames: Vec::new(),
             any_frames: Vec::new(),
             net: None,
+            is_smooth: is_smooth(surface, nodes, &spacing),
             spacing,
             rims: Rims::none(),
             places: OnceLock::new(),
@@ -337,6 +342,7 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
             any_frames: Vec::new(),
             net: Some(net),
             spacing: Vec::new(),
+            is_smooth: false,
             rims: Rims::none(),
             places: OnceLock::new(),
         }
@@ -369,6 +375,17 @@ fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
         let mean = around.sum::<f64>() / edges.len().max(1) as f64;
         nearest[i].max(CROWDED * mean)
     })
+}
+
+/// Whether the surface's height errs by no more than a small share of the spacing at any node.
+fn is_smooth<const D: usize, S: Guide<D>>(
+    surface: &S,
+    nodes: &[Node<D, S::Place>],
+    spacing: &[f64],
+) -> bool {
+    let mut errors = nodes.iter().map(|node| surface.height_error(node.place));
+    let mut spacing = spacing.iter();
+    errors.all(|error| spacing.next().is_none_or(|s| error <= TORN * s))
 }
 
 /// The frame at a node.

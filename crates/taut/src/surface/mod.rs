@@ -101,11 +101,6 @@ pub trait Surface<const D: usize>: Sync {
         0.0
     }
 
-    /// Whether the surface's height errs much more here and there than usually, as beside outliers.
-    fn is_uneven(&self) -> bool {
-        false
-    }
-
     /// As [`height_error`](Self::height_error), along the way from the first of three nodes past the second to the third.
     fn height_error_along(&self, nodes: [&Node<D, Self::Place>; 3]) -> f64 {
         self.height_error(nodes[1].place)

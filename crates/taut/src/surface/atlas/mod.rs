@@ -564,10 +564,6 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         self.charts[place as usize].height_error
     }
 
-    fn is_uneven(&self) -> bool {
-        self.uneven
-    }
-
     fn height_error_along(&self, [a, b, c]: [&Node<D, ChartIndex>; 3]) -> f64 {
         if !self.uneven {
             return self.height_error(b.place);
