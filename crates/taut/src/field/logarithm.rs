@@ -18,6 +18,9 @@ use crate::surface::{Geometry, Node};
 /// Where rays draw together and angles are more uncertain than this, in radians, paths are pulled taut.
 const DOUBTFUL: f64 = 1e-2;
 
+/// A path goes the way of a distance that differs from its length by no more than the error and this share.
+const SAME_WAY: f64 = 1e-4;
+
 /// Most that directions are wrong by: opposite ones, over the distance.
 const MOST: f64 = 2.0;
 
@@ -140,7 +143,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let settings = correction::Settings::default();
         let path = self.geodesics.path(&start, node, &settings);
         let length = value.distance - before;
-        if !path.converged() || (path.length - length).abs() > value.error {
+        let most = value.error + SAME_WAY * length;
+        if !path.converged() || (path.length - length).abs() > most {
             return None;
         }
         let ahead = source.log(path.points.get(1)?, ON_SURFACE);
