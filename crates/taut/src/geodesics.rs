@@ -2,7 +2,7 @@
 
 mod fan;
 mod pairs;
-mod ray;
+pub(crate) mod ray;
 mod runge_kutta;
 mod shortest;
 

@@ -214,6 +214,38 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         (!found.is_empty()).then_some(found)
     }
 
+    /// The value of the shortest geodesic to a point that the jets around it speak of.
+    fn proven_at(&self, field: &Field<D>, node: u32, x: &Vector<D>) -> Option<Taken<D>> {
+        let fields = self.fields;
+        let mut place = fields.geodesics.graph().nodes[node as usize].place;
+        let surface = fields.geodesics.surface();
+        let x = surface.foot(x, &mut place, &mut Geometry::new(D - 2))?;
+        let claims = self.claims(|near| field.branches(near), node, &x)?;
+        let proven = self.proven(claims, &x, fields.spacing[node as usize], 0.0);
+        let distance = |hit: &Hit<D, S::Place>| {
+            let v = hit.knot.frame.log(&x, ON_SURFACE);
+            Some((hit.jet.distance_at(v, hit.knot.frame.gauss)?.0, v))
+        };
+        let found = proven.into_iter().filter_map(|(claim, hit)| {
+            let (distance, v) = distance(&hit)?;
+            Some((distance, v, claim, hit))
+        });
+        let (distance, v, claim, hit) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Taken {
+            value: Value {
+                distance,
+                error: hit.surface_error + field.tolerance * hit.knot.length,
+                source: claim.source,
+                direction: direction_at(&hit.knot.frame, &hit.jet, v),
+            },
+            believed: distance,
+            missed: 0.0,
+            node: claim.node,
+            branch: claim.branch,
+            beyond: 0.0,
+        })
+    }
+
     /// Replaces the branches of nodes by proven ones where one of them is doubtful, and none is carried or of a source near by.
     pub fn prove(
         &self,
@@ -234,6 +266,32 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
             }
         }
     }
+}
+
+/// What some nodes say of a point together: the least value, and by how much it may be wrong by what the others say.
+fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
+    let least = all
+        .iter()
+        .min_by(|a, b| a.believed.total_cmp(&b.believed))?;
+    let distance = least.value.distance;
+    let off = |other: &Taken<D>| (other.value.distance - distance).abs();
+    let doubt = |other: &Taken<D>| other.believed - other.value.distance;
+    // Another node that says the same bears it out against those that know of longer ways alone.
+    let agrees = |other: &&Taken<D>| off(other) + doubt(other) <= DOUBTFUL * distance;
+    let borne_out = all.iter().filter(agrees).count() > 1;
+    let misses = all.iter().map(|other| {
+        if other.value.distance < distance {
+            off(other) + doubt(other)
+        } else if borne_out {
+            0.0
+        } else {
+            off(other) - doubt(other)
+        }
+    });
+    Some(Taken {
+        missed: misses.fold(0.0, f64::max),
+        ..*least
+    })
 }
 
 /// A branch that no shot can prove: measured from a source near by, or come round a rim.
@@ -257,56 +315,31 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         share: f64,
         first: Option<Taken<D>>,
     ) -> Option<Taken<D>> {
-        let around = |node: u32| {
-            let beside = self.adjacent(node).map(|edge| edge.to);
-            std::iter::once(node).chain(beside)
-        };
+        let beside: Vec<u32> = self.adjacent(node).map(|edge| edge.to).collect();
         let is_aside = |near: u32| field.branches(near).iter().any(is_fixed);
+        let is_proper = !is_aside(node) && !beside.iter().any(|near| is_aside(*near));
         let sight = Sight::new(self, &field.pieces, &field.piece_nodes, field.tolerance);
-        if sight.is_none() || around(node).any(is_aside) {
+        let Some(sight) = sight.filter(|_| is_proper) else {
             return self.shortest_beside(field, node, x, share, first);
-        }
+        };
         let most = first.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
-        let others = around(node).skip(1).filter_map(|other| {
+        let others = beside.into_iter().filter_map(|other| {
             let frame = self.frames[other as usize].as_ref()?;
             let close = (frame.point - x).norm() <= CLOSE * self.spacing[node as usize];
             close
                 .then(|| field.at(other, frame, x, share, most))
                 .flatten()
         });
-        let all: Vec<Taken<D>> = first.into_iter().chain(others).collect();
-        let least = all
-            .iter()
-            .min_by(|a, b| a.believed.total_cmp(&b.believed))?;
-        let distance = least.value.distance;
-        let off = |other: &Taken<D>| (other.value.distance - distance).abs();
-        let doubt = |other: &Taken<D>| other.believed - other.value.distance;
-        // Another node that says the same bears it out against those that know of longer ways alone.
-        let slack = DOUBTFUL * distance;
-        let agrees = |other: &&Taken<D>| off(other) + doubt(other) <= slack;
-        let borne_out = all.iter().filter(agrees).count() > 1;
-        let misses = all.iter().map(|other| {
-            if other.value.distance < distance {
-                off(other) + doubt(other)
-            } else if borne_out {
-                0.0
-            } else {
-                off(other) - doubt(other)
-            }
-        });
-        let taken = Taken {
-            missed: misses.fold(0.0, f64::max),
-            ..*least
-        };
+        let taken = heard(&first.into_iter().chain(others).collect::<Vec<_>>())?;
         if taken.is_certain() {
             return Some(taken.with_missed());
         }
-        let proven = self.proven(field, node, x);
-        let Some(mut proven) = proven else {
+        let Some(mut proven) = sight.proven_at(field, node, x) else {
             return Some(taken.with_missed());
         };
         // A claim of a shorter way that no shot bears out may be true nonetheless.
-        proven.value.error += (proven.value.distance - distance - slack).max(0.0);
+        let shorter = proven.value.distance - taken.value.distance * (1.0 + DOUBTFUL);
+        proven.value.error += shorter.max(0.0);
         Some(proven)
     }
 
@@ -345,37 +378,5 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             }
         }
         taken
-    }
-
-    /// The value of the shortest geodesic to a point that the jets around it speak of.
-    fn proven(&self, field: &Field<D>, node: u32, x: &Vector<D>) -> Option<Taken<D>> {
-        let sight = Sight::new(self, &field.pieces, &field.piece_nodes, field.tolerance)?;
-        let mut place = self.geodesics.graph().nodes[node as usize].place;
-        let surface = self.geodesics.surface();
-        let x = surface.foot(x, &mut place, &mut Geometry::new(D - 2))?;
-        let claims = sight.claims(|near| field.branches(near), node, &x)?;
-        let proven = sight.proven(claims, &x, self.spacing[node as usize], 0.0);
-        let distance = |hit: &Hit<D, S::Place>| {
-            let v = hit.knot.frame.log(&x, ON_SURFACE);
-            Some((hit.jet.distance_at(v, hit.knot.frame.gauss)?.0, v))
-        };
-        let found = proven.into_iter().filter_map(|(claim, hit)| {
-            let (distance, v) = distance(&hit)?;
-            Some((distance, v, claim, hit))
-        });
-        let (distance, v, claim, hit) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(Taken {
-            value: Value {
-                distance,
-                error: hit.surface_error + field.tolerance * hit.knot.length,
-                source: claim.source,
-                direction: direction_at(&hit.knot.frame, &hit.jet, v),
-            },
-            believed: distance,
-            missed: 0.0,
-            node: claim.node,
-            branch: claim.branch,
-            beyond: 0.0,
-        })
     }
 }

@@ -7,6 +7,7 @@
 use crate::Vector;
 use crate::field::frame::Frame;
 use crate::field::knot::{Knot, between};
+use crate::geodesics::ray::State;
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 use crate::surface::{Geometry, Surface};
@@ -131,35 +132,13 @@ const DENT: f64 = 2.0;
 /// A ray ends this share of the longest step beyond a rim.
 pub(crate) const OVER_RIM: f64 = 0.03;
 
-/// Position, velocity, J and J'.
-#[derive(Clone, Copy)]
-struct State<const D: usize> {
-    x: Vector<D>,
-    v: Vector<D>,
-    j: [f64; 2],
-}
-
-impl<const D: usize> State<D> {
-    fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
-        let mut moved = *self;
-        for (slope, weight) in slopes.iter().zip(weights) {
-            let share = step * weight;
-            moved.x += slope.x * share;
-            moved.v += slope.v * share;
-            moved.j[0] += slope.j[0] * share;
-            moved.j[1] += slope.j[1] * share;
-        }
-        moved
-    }
-
-    /// The derivative by length.
-    fn slope(&self, frame: &Frame<D>) -> Self {
-        let t = frame.coordinates(&self.v);
-        Self {
-            x: self.v,
-            v: frame.bend(t, t),
-            j: [self.j[1], -frame.gauss * self.j[0]],
-        }
+/// The derivative of a state by length.
+fn slope<const D: usize>(state: &State<D>, frame: &Frame<D>) -> State<D> {
+    let t = frame.coordinates(&state.v);
+    State {
+        x: state.v,
+        v: frame.bend(t, t),
+        j: [state.j[1], -frame.gauss * state.j[0]],
     }
 }
 
@@ -390,12 +369,12 @@ fn advance<const D: usize, S: Surface<D>>(
         j: from.jacobi,
     };
     let mut slopes = [start; 7];
-    slopes[0] = start.slope(&from.frame);
+    slopes[0] = slope(&start, &from.frame);
     let mut place = from.place;
     for (i, weights) in AT.iter().enumerate() {
         let stage = start.moved(step, &slopes[..=i], weights);
         let frame = frame_at(surface, &stage.x, &mut place, geometry)?;
-        slopes[i + 1] = stage.slope(&frame);
+        slopes[i + 1] = slope(&stage, &frame);
         if i + 1 < AT.len() {
             continue;
         }

@@ -73,15 +73,17 @@ const AT_CONJUGATE: f64 = 1e-3;
 /// Errors of the surface's height, in shares of a chart's radius, below which it is useless to go.
 const ROUGH: f64 = 1.0;
 
+/// Position, velocity, J and J'.
 #[derive(Clone, Copy)]
-struct State<const D: usize> {
-    x: Vector<D>,
-    v: Vector<D>,
-    j: [f64; 2],
+pub(crate) struct State<const D: usize> {
+    pub x: Vector<D>,
+    pub v: Vector<D>,
+    pub j: [f64; 2],
 }
 
 impl<const D: usize> State<D> {
-    fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
+    /// The state moved by a step along slopes with weights.
+    pub fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
         let mut moved = *self;
         for (slope, weight) in slopes.iter().zip(weights) {
             let share = step * weight;
