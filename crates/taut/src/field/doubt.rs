@@ -23,19 +23,42 @@ const SAME_RAY: f64 = 0.3;
 /// The nodes around a point that are asked lie no farther from it than so many spacings.
 const CLOSE: f64 = 1.2;
 
+/// A ray by its angle at its source.
+#[derive(Clone, Copy)]
+struct Ray {
+    source: u32,
+    angle: f64,
+}
+
+impl Ray {
+    /// The same but for an angle.
+    fn is(&self, other: &Self, apart: f64) -> bool {
+        self.source == other.source && turned_by(self.angle, other.angle).abs() < apart
+    }
+}
+
+/// Rays are the same that differ by less than this angle, where it changes so along the front.
+fn same_ray(turn: f64, spacing: f64) -> f64 {
+    SAME_RAY * (spacing * turn.abs()).min(1.0)
+}
+
 /// What a jet says of a point.
 struct Claim {
     /// The distance and its estimated error.
     distance: f64,
     error: f64,
-    /// At the source.
-    angle: f64,
+    ray: Ray,
     /// The change of the angle along the front.
     turn: f64,
-    source: u32,
     /// Whose jet it is.
     node: u32,
     branch: usize,
+}
+
+/// A geodesic that arrives.
+struct Proven<const D: usize, P> {
+    ray: Ray,
+    hit: Hit<D, P>,
 }
 
 /// The sources of a field, to shoot from.
@@ -81,15 +104,18 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         (path.converged() && path.length > 0.0).then_some(path)
     }
 
-    /// The geodesic to a node by the path pulled taut.
-    fn hit_by_path(&self, source: u32, node: u32) -> Option<Hit<D, S::Place>> {
-        let end = self.fields.geodesics.graph().nodes[node as usize];
-        let path = self.path(source, &end)?;
+    /// The geodesic to a place by the path pulled taut, where the graph's nodes lie `spacing` apart.
+    fn hit_by_path(
+        &self,
+        source: u32,
+        end: &Node<D, S::Place>,
+        spacing: f64,
+    ) -> Option<Hit<D, S::Place>> {
+        let path = self.path(source, end)?;
         let ahead = self.pieces[source as usize]
             .frame
             .log(path.points.get(1)?, ON_SURFACE);
         let angle = ahead[1].atan2(ahead[0]);
-        let spacing = self.fields.spacing[node as usize];
         self.gun(source)?
             .hit((angle, path.length), &end.point, spacing)
     }
@@ -120,9 +146,11 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 claims.push(Claim {
                     distance,
                     error: branch.error + step_error,
-                    angle: branch.jet.angle_at(v, frame.gauss),
+                    ray: Ray {
+                        source: branch.source,
+                        angle: branch.jet.angle_at(v, frame.gauss),
+                    },
                     turn: branch.jet.heading.turn,
-                    source: branch.source,
                     node: near,
                     branch: index,
                 });
@@ -132,45 +160,48 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         Some(claims)
     }
 
-    /// The geodesics that claims speak of and that arrive, but for those longer than the shortest by more than a slack.
+    /// The geodesics to a place that claims speak of and that arrive, with that of the path pulled taut, but for those longer
+    /// than the shortest by more than a slack.
     fn proven(
         &self,
-        claims: Vec<Claim>,
-        x: &Vector<D>,
+        claims: &[Claim],
+        end: &Node<D, S::Place>,
         spacing: f64,
         slack: f64,
-    ) -> Vec<(Claim, Hit<D, S::Place>)> {
-        let mut tried: Vec<(u32, f64)> = Vec::new();
-        let mut arrived: Vec<(u32, f64)> = Vec::new();
-        let mut found: Vec<(Claim, Hit<D, S::Place>)> = Vec::new();
+    ) -> Vec<Proven<D, S::Place>> {
+        let mut tried: Vec<Ray> = Vec::new();
+        let mut found: Vec<Proven<D, S::Place>> = Vec::new();
         let mut least = f64::INFINITY;
-        for claim in claims {
-            let same = SAME_RAY * (spacing * claim.turn.abs()).min(1.0);
-            let is_same = |(source, angle): &(u32, f64)| {
-                *source == claim.source && turned_by(*angle, claim.angle).abs() < same
-            };
-            if claim.distance - claim.error > least + slack || tried.iter().any(is_same) {
-                continue;
-            }
-            tried.push((claim.source, claim.angle));
-            let length = claim.distance - self.pieces[claim.source as usize].start;
-            let gun = self.gun(claim.source);
-            let hit = gun.and_then(|gun| gun.hit((claim.angle, length), x, spacing));
-            let Some(hit) = hit else {
-                continue;
-            };
-            let v = hit.knot.frame.log(x, ON_SURFACE);
+        let mut add = |hit: Hit<D, S::Place>, source: u32, tried: &mut Vec<Ray>| {
+            let v = hit.knot.frame.log(&end.point, ON_SURFACE);
             let angle = hit.jet.angle_at(v, hit.knot.frame.gauss);
-            let is_known = |(source, known): &(u32, f64)| {
-                *source == claim.source && turned_by(*known, angle).abs() < same
-            };
-            let is_new = !arrived.iter().any(is_known);
-            tried.push((claim.source, angle));
-            arrived.push((claim.source, angle));
-            least = least.min(hit.jet.distance);
-            if is_new {
-                found.push((claim, hit));
+            let apart = same_ray(hit.jet.heading.turn, spacing);
+            let ray = Ray { source, angle };
+            if !found.iter().any(|other| other.ray.is(&ray, apart)) {
+                found.push(Proven { ray, hit });
             }
+            tried.push(ray);
+        };
+        for claim in claims {
+            let apart = same_ray(claim.turn, spacing);
+            let is_tried = tried.iter().any(|ray| ray.is(&claim.ray, apart));
+            if claim.distance - claim.error > least + slack || is_tried {
+                continue;
+            }
+            tried.push(claim.ray);
+            let Ray { source, angle } = claim.ray;
+            let length = claim.distance - self.pieces[source as usize].start;
+            let gun = self.gun(source);
+            if let Some(hit) = gun.and_then(|gun| gun.hit((angle, length), &end.point, spacing)) {
+                least = least.min(hit.jet.distance);
+                add(hit, source, &mut tried);
+            }
+        }
+        // Beside caustics there may be rays between those that claims tell of.
+        if let Some(first) = claims.first()
+            && let Some(hit) = self.hit_by_path(first.ray.source, end, spacing)
+        {
+            add(hit, first.ray.source, &mut tried);
         }
         found
     }
@@ -181,21 +212,9 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let frame = fields.frames[node as usize].as_ref()?;
         let spacing = fields.spacing[node as usize];
         let claims = self.claims(|near| &lists[near as usize], node, &frame.point)?;
-        let (source, shortest) = claims.first().map(|claim| (claim.source, claim.distance))?;
-        let found = self.proven(claims, &frame.point, spacing, spacing);
-        let mut proven: Vec<_> = found
-            .into_iter()
-            .map(|(claim, hit)| (claim.source, hit))
-            .collect();
-        let least = proven.iter().map(|(_, hit)| hit.jet.distance);
-        let least = least.fold(f64::INFINITY, f64::min);
-        // A claim of a shorter way that no shot bears out may be true nonetheless.
-        if least - shortest > DOUBTFUL * shortest.abs() {
-            let hit = self.hit_by_path(source, node);
-            let shorter = hit.filter(|hit| hit.jet.distance < least * (1.0 - self.tolerance));
-            proven.extend(shorter.map(|hit| (source, hit)));
-        }
-        let of_hit = |(source, mut hit): (u32, Hit<D, S::Place>)| {
+        let end = fields.geodesics.graph().nodes[node as usize];
+        let of_proven = |proven: Proven<D, S::Place>| {
+            let (source, mut hit) = (proven.ray.source, proven.hit);
             self.gun(source)?.look_aside(&mut hit, spacing);
             Some(Branch {
                 jet: hit.jet.carried(&hit.knot.frame, frame)?,
@@ -208,7 +227,8 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 source,
             })
         };
-        let mut found: Vec<Branch> = proven.into_iter().filter_map(of_hit).collect();
+        let proven = self.proven(&claims, &end, spacing, spacing);
+        let mut found: Vec<Branch> = proven.into_iter().filter_map(of_proven).collect();
         found.sort_by(|a, b| a.jet.distance.total_cmp(&b.jet.distance));
         found.truncate(MOST_BRANCHES);
         (!found.is_empty()).then_some(found)
@@ -219,27 +239,29 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let fields = self.fields;
         let mut place = fields.geodesics.graph().nodes[node as usize].place;
         let surface = fields.geodesics.surface();
-        let x = surface.foot(x, &mut place, &mut Geometry::new(D - 2))?;
-        let claims = self.claims(|near| field.branches(near), node, &x)?;
-        let proven = self.proven(claims, &x, fields.spacing[node as usize], 0.0);
-        let distance = |hit: &Hit<D, S::Place>| {
-            let v = hit.knot.frame.log(&x, ON_SURFACE);
-            Some((hit.jet.distance_at(v, hit.knot.frame.gauss)?.0, v))
-        };
-        let found = proven.into_iter().filter_map(|(claim, hit)| {
-            let (distance, v) = distance(&hit)?;
-            Some((distance, v, claim, hit))
+        let point = surface.foot(x, &mut place, &mut Geometry::new(D - 2))?;
+        let claims = self.claims(|near| field.branches(near), node, &point)?;
+        let end = Node { point, place };
+        let proven = self.proven(&claims, &end, fields.spacing[node as usize], 0.0);
+        let found = proven.into_iter().filter_map(|proven| {
+            let (frame, jet) = (&proven.hit.knot.frame, &proven.hit.jet);
+            let v = frame.log(&point, ON_SURFACE);
+            Some((jet.distance_at(v, frame.gauss)?.0, v, proven))
         });
-        let (distance, v, claim, hit) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (distance, v, Proven { ray, hit }) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let of_source = claims.iter().filter(|claim| claim.ray.source == ray.source);
+        let off = |claim: &Claim| turned_by(claim.ray.angle, ray.angle).abs();
+        let claim = of_source.min_by(|a, b| off(a).total_cmp(&off(b)))?;
         Some(Taken {
             value: Value {
                 distance,
                 error: hit.surface_error + field.tolerance * hit.knot.length,
-                source: claim.source,
+                source: ray.source,
                 direction: direction_at(&hit.knot.frame, &hit.jet, v),
             },
             believed: distance,
             missed: 0.0,
+            unknown: 0.0,
             node: claim.node,
             branch: claim.branch,
             beyond: 0.0,
@@ -288,8 +310,10 @@ fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
             off(other) - doubt(other)
         }
     });
+    let shortest = all.iter().map(|other| other.value.distance - other.unknown);
     Some(Taken {
         missed: misses.fold(0.0, f64::max),
+        unknown: distance - shortest.fold(f64::INFINITY, f64::min),
         ..*least
     })
 }

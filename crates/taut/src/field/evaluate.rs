@@ -64,6 +64,8 @@ pub(crate) struct Taken<const D: usize> {
     pub believed: f64,
     /// By how much the node's branches miss the distances of its neighbours.
     pub missed: f64,
+    /// By how much a way may be shorter that the node does not know as far as the point.
+    pub unknown: f64,
     pub node: u32,
     pub branch: usize,
     /// How far the point lies beyond the last of the rays that the branch rests on.
@@ -73,12 +75,12 @@ pub(crate) struct Taken<const D: usize> {
 impl<const D: usize> Taken<D> {
     /// The node's branches agree with its neighbours'.
     pub(super) fn is_certain(&self) -> bool {
-        self.value.error + self.missed <= DOUBTFUL * self.value.distance
+        self.value.error + self.missed.max(self.unknown) <= DOUBTFUL * self.value.distance
     }
 
     /// With what the node's branches miss in the error.
     pub(super) fn with_missed(mut self) -> Self {
-        self.value.error += self.missed;
+        self.value.error += self.missed.max(self.unknown);
         self
     }
 }
@@ -109,6 +111,7 @@ impl<const D: usize> Field<D> {
                 value,
                 believed,
                 missed: branch.missed,
+                unknown: 0.0,
                 node,
                 branch: index,
                 beyond,
@@ -116,13 +119,14 @@ impl<const D: usize> Field<D> {
         });
         let values = values.filter(|taken| taken.beyond <= most);
         let mut least = values.min_by(|a, b| a.believed.total_cmp(&b.believed))?;
-        // A branch that is not known as far as the point may lead there by a shorter way.
-        let unknown = self.branches(node).iter().filter(|branch| {
-            branch.piece.is_none() && branch.jet.distance_at(v, frame.gauss).is_none()
+        // Another branch, less sure or not known as far as the point, may lead there by a shorter way.
+        let of_rays = self.branches(node).iter().filter(|b| b.piece.is_none());
+        let ways = of_rays.map(|branch| match branch.jet.distance_at(v, frame.gauss) {
+            Some((distance, error)) => distance - error,
+            None => branch.jet.distance + branch.jet.ahead(v),
         });
-        let ways = unknown.map(|branch| branch.jet.distance + branch.jet.ahead(v));
-        let shorter = least.value.distance - ways.fold(f64::INFINITY, f64::min);
-        least.missed = least.missed.max(shorter);
+        let shortest = ways.fold(f64::INFINITY, f64::min);
+        least.unknown = (least.value.distance - shortest).max(0.0);
         (least.value.distance <= self.max_distance).then_some(least)
     }
 
