@@ -11,7 +11,7 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
-use crate::surface::atlas::{Atlas, Lists, UNEVEN, links, rows, scale, smooth};
+use crate::surface::atlas::{Atlas, Lists, UNEVEN, links, rows, scale, smooth, trust};
 use crate::{Vector, parallel};
 
 /// A chart with the points it was fitted to and those of its cell, as tree indices.
@@ -180,7 +180,8 @@ impl<const D: usize> Draft<D> {
 
     pub fn with_rim(self, neighbours: Lists, sides: Vec<i8>, rim: Rim<D>) -> Atlas<D> {
         let mut owner_in_tree = owners(&self.built, self.tree.points.len());
-        let charts: Vec<Chart<D>> = self.built.into_iter().map(|b| b.chart).collect();
+        let mut charts: Vec<Chart<D>> = self.built.into_iter().map(|b| b.chart).collect();
+        trust::judge(&mut charts, &neighbours);
         let (cloud, tree) = (self.cloud, self.tree);
         let given = owner_in_tree.iter().zip(&tree.order);
         let given = given.filter(|(_, index)| (**index as usize) < cloud.points.len());

@@ -26,6 +26,10 @@ pub(crate) struct Chart<const D: usize> {
     pub residual: f64,
     /// Estimated standard error of the chart's height near its origin.
     pub height_error: f64,
+    /// What its weight in the blend is multiplied by.
+    pub trust: f64,
+    /// Estimated standard error of the blend's height near its origin.
+    pub blend_error: f64,
 }
 
 /// Values and gradients of a chart's equations f = <x - o, n> - h(u), all m of them.

@@ -23,16 +23,17 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
         }
     }
 
-    /// A chart's weight (1 - r^2/R^2)^4 at an offset from its origin, r < R.
+    /// A chart's weight (1 - r^2/R^2)^4 at an offset from its origin, r < R, times how far it is trusted.
     #[inline(always)]
-    pub fn weight(offset: &Vector<D>, radius: f64) -> Self {
+    pub fn weight(offset: &Vector<D>, radius: f64, trust: f64) -> Self {
         let inverse = 1.0 / (radius * radius);
         let inside = 1.0 - offset.norm_squared() * inverse;
         let squared = inside * inside;
-        let falling = -8.0 * squared * inside * inverse;
-        let curving = offset * (48.0 * squared * inverse * inverse);
+        let trusted = trust * squared;
+        let falling = -8.0 * trusted * inside * inverse;
+        let curving = offset * (48.0 * trusted * inverse * inverse);
         let mut weight = Self {
-            value: squared * squared,
+            value: trusted * squared,
             gradient: offset * falling,
             hessian: Matrix::zeros(),
         };

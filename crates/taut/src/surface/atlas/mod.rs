@@ -26,6 +26,7 @@ mod scale;
 pub(crate) mod sheets;
 mod smooth;
 mod supports;
+mod trust;
 
 pub use fitted::{Fit, FitSettings};
 pub use implicit::Level;
@@ -57,9 +58,8 @@ const AROUND: f64 = 5.0;
 const SLACK: f64 = 1e-6;
 /// Where the worst chart's error is this many times the median, errors are looked at all along paths, ...
 pub(crate) const UNEVEN: f64 = 20.0;
-/// ... at no more than so many places between two nodes, by charts that weigh there: within this share of their radius.
+/// ... at no more than so many places between two nodes.
 const MOST_PIECES: f64 = 64.0;
-const WEIGHTY: f64 = 1.0;
 /// Charts looked at at a time for those that overlap a point.
 const LOOKED_AT: usize = 32;
 
@@ -282,11 +282,7 @@ impl<const D: usize> Atlas<D> {
             self.locate(&x, &mut place);
             let charts = self.neighbours.of(place).iter();
             let charts = charts.map(|chart| &self.charts[*chart as usize]);
-            let near = |chart: &&Chart<D>| {
-                (x - chart.origin).norm_squared() < (WEIGHTY * chart.radius).powi(2)
-            };
-            let errors = charts.filter(near).map(|chart| chart.height_error);
-            errors.fold(0.0, f64::max).powi(2)
+            trust::blend_error(&x, charts, |_| true).powi(2)
         });
         squares.sum::<f64>() / (pieces + 1) as f64
     }
@@ -365,7 +361,7 @@ impl<const D: usize> Atlas<D> {
             for place in &found[..count] {
                 let chart = &self.charts[list[*place] as usize];
                 let offset = x - chart.origin;
-                let weight = Jet::weight(&offset, chart.radius);
+                let weight = Jet::weight(&offset, chart.radius, chart.trust);
                 total.add(&weight);
                 for b in 0..m {
                     let equation = chart.equation(&self.monomials, m, b, &offset);
@@ -561,7 +557,7 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     }
 
     fn height_error(&self, place: ChartIndex) -> f64 {
-        self.charts[place as usize].height_error
+        self.charts[place as usize].blend_error
     }
 
     fn height_error_along(&self, [a, b, c]: [&Node<D, ChartIndex>; 3]) -> f64 {

@@ -12,7 +12,7 @@ use crate::surface::atlas::checks;
 use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
 use crate::surface::atlas::rim::{Disc, Rim};
 use crate::surface::atlas::supports::Supports;
-use crate::surface::atlas::{Atlas, ChartIndex, Lists, build};
+use crate::surface::atlas::{Atlas, ChartIndex, Lists, build, trust};
 use crate::{Matrix, Vector};
 
 /// An atlas in R^d of dimension k, with m = d - k normals. Lengths are in the input's units, positions relative to
@@ -180,7 +180,8 @@ impl<const D: usize> Atlas<D> {
         checks::detail(header.detail, &charts)?;
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
-        let count = charts.len() as u32;
+        let (count, neighbours) = (charts.len() as u32, Lists::new(lists));
+        trust::judge(&mut charts, &neighbours);
         let (uneven, roughness) = (build::uneven(&charts), build::roughness(&charts));
         Ok(Self {
             tree: Tree::new(&origins),
@@ -194,7 +195,7 @@ impl<const D: usize> Atlas<D> {
                 duplicates: 0,
             },
             owners: (0..count).collect(),
-            neighbours: Lists::new(lists),
+            neighbours,
             sides: model
                 .charts
                 .iter()
@@ -303,6 +304,8 @@ fn chart<const D: usize>(
         spacing: length(i, "spacing", given.spacing, f64::MIN_POSITIVE)?,
         residual: length(i, "residual", given.residual, 0.0)?,
         height_error: length(i, "height_error", given.height_error, 0.0)?,
+        trust: 1.0,
+        blend_error: 0.0,
     })
 }
 

@@ -271,6 +271,8 @@ pub(super) fn fit_chart<const D: usize>(
             residual: quality.leave_one_out,
             height_error: quality.leave_one_out
                 * fit.variance_at_origin(monomials, degree).sqrt().min(1.0),
+            trust: 1.0,
+            blend_error: 0.0,
         },
         sigma: quality.sigma,
         misfit,

@@ -149,6 +149,8 @@ mod tests {
                 spacing: 1.0,
                 residual: 0.0,
                 height_error: 0.0,
+                trust: 1.0,
+                blend_error: 0.0,
             })
             .collect();
         let supports = Supports::new(&charts);

@@ -1,0 +1,56 @@
+//! How far charts are trusted: beside an outlier a fit may err by a good part of a spacing where the charts around do not err
+//! at all, and the blend leaves the word to these.
+
+use crate::surface::atlas::chart::Chart;
+use crate::surface::atlas::links::median;
+use crate::surface::atlas::scale::NOISY;
+use crate::surface::atlas::{ChartIndex, Lists};
+use crate::{Vector, parallel};
+
+/// A chart is trusted fully that leaves no more of its points than so many times what the charts around it usually do, ...
+const USUAL: f64 = 3.0;
+/// ... and one that leaves more by this power of the ratio less.
+const POWER: i32 = 4;
+
+/// Sets how far each chart is trusted, by those beside it, and how far the blend errs near it.
+pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists) {
+    let trusts = parallel::map(charts.len(), |i| trust(charts, neighbours.of(i as u32)));
+    for (chart, trust) in charts.iter_mut().zip(trusts) {
+        chart.trust = trust;
+    }
+    let errors = parallel::map(charts.len(), |i| {
+        let chart = &charts[i];
+        let beside = neighbours.of(i as u32).iter().map(|i| &charts[*i as usize]);
+        let counts = |other: &Chart<D>| other.trust < 1.0 || std::ptr::eq(other, chart);
+        blend_error(&chart.origin, beside, counts)
+    });
+    for (chart, error) in charts.iter_mut().zip(errors) {
+        chart.blend_error = error;
+    }
+}
+
+/// How far the first of some charts is trusted.
+fn trust<const D: usize>(charts: &[Chart<D>], beside: &[ChartIndex]) -> f64 {
+    let chart = &charts[beside[0] as usize];
+    if chart.clean() {
+        return 1.0;
+    }
+    let usual = median(beside.iter().map(|i| charts[*i as usize].residual));
+    let most = (USUAL * usual).max(NOISY * chart.spacing);
+    (most / chart.residual).min(1.0).powi(POWER)
+}
+
+/// The error of height of the blend of some charts at a point: the largest of those that count there, each by how far it is
+/// trusted beside the others.
+pub(super) fn blend_error<'a, const D: usize>(
+    x: &Vector<D>,
+    charts: impl Iterator<Item = &'a Chart<D>> + Clone,
+    counts: impl Fn(&Chart<D>) -> bool,
+) -> f64 {
+    let near = |chart: &&Chart<D>| (x - chart.origin).norm_squared() < chart.radius * chart.radius;
+    let near = charts.filter(near);
+    let best = near.clone().map(|chart| chart.trust).fold(0.0, f64::max);
+    let counted = near.filter(|chart| counts(chart));
+    let errors = counted.map(|chart| chart.height_error * (chart.trust / best));
+    errors.fold(0.0, f64::max)
+}
