@@ -129,7 +129,7 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
     fn shot(&self, angle: f64, length: f64) -> Option<Knot<D, S::Place>> {
         let limits = self.fields.unbounded(length, &self.settings);
         let first = Knot::leaving(&self.piece.frame, angle, self.place, self.near);
-        let (knots, _) = ray::shoot(self.fields.geodesics.surface(), first, &limits);
+        let knots = ray::shoot(self.fields.geodesics.surface(), first, &limits).knots;
         let after = knots.partition_point(|knot| knot.length < length);
         let (before, after) = (knots.get(after.checked_sub(1)?)?, knots.get(after)?);
         let heights = after.heights;

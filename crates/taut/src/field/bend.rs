@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 use crate::Vector;
 use crate::field::fan::{Bundle, Fan, Graze, Sample};
 use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, norm};
+use crate::field::jet::{Heading, norm, turned_by};
 use crate::field::march::Waiting;
 use crate::field::ray::{self, Limits};
 use crate::field::sources::{Origin, nearest_entrance};
@@ -222,8 +222,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 let at = bend.reached;
                 let [x, y] = bend.frame.coordinates(&at.direction);
                 let ahead = y.atan2(x);
-                let turned = (sector[1] - sector[0] - CLEAR).max(0.0);
-                let doubt = at.doubt + DOUBT * places.spacing[bend.near as usize] * turned;
+                let unsure = DOUBT * places.spacing[bend.near as usize];
+                let doubt = |angle: f64| at.doubt + unsure * turned_by(ahead, angle).abs();
                 let origin = Origin {
                     node: &bend.node,
                     frame: bend.frame,
@@ -235,16 +235,17 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 let fan = Fan::new(surface, &bundle, reachable, &limits(at.distance));
                 let mut samples = fan.samples();
                 for sample in &mut samples {
+                    let doubt = doubt(sample.jet.heading.angle);
                     sample.surface_error += doubt;
                     sample.doubt = doubt + BENT * places.spacing[sample.near as usize];
                     sample.jet.heading = Heading::same(at.angle);
                 }
                 let grazes = fan.grazes().into_iter().map(|graze| Grazed {
+                    doubt: doubt(graze.angle),
                     graze: Graze {
                         angle: at.angle,
                         ..graze
                     },
-                    doubt,
                     source: at.source,
                 });
                 (samples, grazes.collect::<Vec<_>>(), at.source)

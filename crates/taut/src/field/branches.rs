@@ -91,7 +91,8 @@ impl Group {
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
     }
 
-    fn add(&mut self, jet: &Jet, weight: f64) {
+    fn add(&mut self, jet: &Jet, surface_error: f64, weight: f64) {
+        self.surface_error = self.surface_error.max(surface_error);
         let more = jet.distance - self.first.distance;
         self.weight += weight;
         self.distance += weight * more;
@@ -197,7 +198,7 @@ pub(crate) fn branches<'a, const D: usize>(
             groups.push(Group {
                 first: jet,
                 source,
-                surface_error: sample.surface_error,
+                surface_error: 0.0,
                 doubt,
                 weight: 0.0,
                 distance: 0.0,
@@ -214,7 +215,7 @@ pub(crate) fn branches<'a, const D: usize>(
             });
         }
         if let Some(group) = group {
-            groups[group].add(&jet, weight);
+            groups[group].add(&jet, sample.surface_error, weight);
         }
     }
     let of_group = |group: &Group| {

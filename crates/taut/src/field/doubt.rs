@@ -351,7 +351,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let frame = self.frames[other as usize].as_ref()?;
             let close = (frame.point - x).norm() <= CLOSE * self.spacing[node as usize];
             close
-                .then(|| field.at(other, frame, x, share, most))
+                .then(|| self.said(field, other, x, share, most))
                 .flatten()
         });
         let taken = heard(&first.into_iter().chain(others).collect::<Vec<_>>())?;
@@ -387,12 +387,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
         let most = taken.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
         for other in self.adjacent(node).map(|edge| edge.to) {
-            let Some(frame) = &self.frames[other as usize] else {
-                continue;
-            };
-            let other = field
-                .at(other, frame, x, share, most)
-                .map(Taken::with_missed);
+            let other = self.said(field, other, x, share, most);
+            let other = other.map(Taken::with_missed);
             let least = taken.as_ref().map_or(f64::INFINITY, |t| t.value.distance);
             if other
                 .as_ref()

@@ -1,7 +1,7 @@
 //! The distance at points: from the jets of the nearest node, the least branch.
 
 use crate::Vector;
-use crate::field::branches::Branch;
+use crate::field::branches::{Branch, SAME_DIRECTION};
 use crate::field::doubt::DOUBTFUL;
 use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::jet::{direction_at, norm};
@@ -15,6 +15,9 @@ use crate::surface::atlas::Atlas;
 
 /// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
 pub(crate) const FOCUSED: f64 = 0.3;
+
+/// Where an edge lies that rays graze is known to so many spacings.
+const EDGE: f64 = 0.3;
 
 /// Points of a cloud with costs that are looked at round a place.
 pub(crate) const NEAREST_POINTS: usize = 20;
@@ -88,7 +91,7 @@ impl<const D: usize> Taken<D> {
 impl<const D: usize> Field<D> {
     /// The value at a point near a node with its frame, not farther than `most` beyond the rays it rests on; `None` where
     /// unreached.
-    pub(super) fn at(
+    fn at(
         &self,
         node: u32,
         frame: &Frame<D>,
@@ -128,6 +131,29 @@ impl<const D: usize> Field<D> {
         let shortest = ways.fold(f64::INFINITY, f64::min);
         least.unknown = (least.value.distance - shortest).max(0.0);
         (least.value.distance <= self.max_distance).then_some(least)
+    }
+
+    /// How much longer the way to a point that `v` leads to may be round an edge than straight past it, where rays that graze
+    /// the edge come round it: by how far the point lies in their shadow, and how far the edge may lie elsewhere.
+    fn shade(&self, taken: &Taken<D>, frame: &Frame<D>, v: [f64; 2], spacing: f64) -> f64 {
+        let branches = self.branches(taken.node);
+        let jet = &branches[taken.branch].jet;
+        if jet.heading.is_bent() {
+            return 0.0;
+        }
+        let [a, b] = jet.gradient;
+        let bent = branches.iter().map(|branch| &branch.jet).filter(|other| {
+            let [c, d] = other.gradient;
+            other.heading.is_bent() && a * c + b * d >= SAME_DIRECTION
+        });
+        let longer = bent.filter_map(|other| {
+            let (distance, _) = other.distance_at(v, frame.gauss)?;
+            let sharper = (other.curvature - jet.curvature).max(0.0);
+            let longer = (distance - taken.value.distance).max(0.0);
+            let inside = (2.0 * longer).sqrt() + EDGE * spacing * sharper.sqrt();
+            Some(0.5 * inside * inside)
+        });
+        longer.reduce(f64::min).unwrap_or(0.0)
     }
 
     fn by_piece(&self, piece: u32, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
@@ -254,6 +280,25 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         taken.map_or_else(Value::unreached, |taken| taken.value)
     }
 
+    /// The value that a node of the graph says of a point near it, not farther than `most` beyond the rays it rests on;
+    /// `None` where unreached.
+    pub(super) fn said(
+        &self,
+        field: &Field<D>,
+        node: u32,
+        x: &Vector<D>,
+        share: f64,
+        most: f64,
+    ) -> Option<Taken<D>> {
+        let frame = self.frames[node as usize].as_ref()?;
+        let mut taken = field.at(node, frame, x, share, most)?;
+        if !self.rims.nodes.is_empty() {
+            let v = frame.log(x, share);
+            taken.value.error += field.shade(&taken, frame, v, self.spacing[node as usize]);
+        }
+        Some(taken)
+    }
+
     /// The value at a point whose nearest node of the graph is given; `None` where unreached.
     pub(crate) fn taken(
         &self,
@@ -262,9 +307,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         x: &Vector<D>,
         share: f64,
     ) -> Option<Taken<D>> {
-        let at = |node: u32, most: f64| {
-            field.at(node, self.frames[node as usize].as_ref()?, x, share, most)
-        };
+        let at = |node: u32, most: f64| self.said(field, node, x, share, most);
         let beside = || self.adjacent(node).map(|edge| edge.to);
         let mut taken = at(node, f64::INFINITY);
         let spacing = self.spacing[node as usize];

@@ -32,6 +32,7 @@ mod bend;
 mod branches;
 mod cost;
 mod curve;
+mod dents;
 mod doubt;
 mod evaluate;
 mod exponential;

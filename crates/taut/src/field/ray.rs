@@ -5,8 +5,9 @@
 //! step x is put back onto the surface.
 
 use crate::Vector;
+use crate::field::dents::{self, Dent};
 use crate::field::frame::Frame;
-use crate::field::knot::{Knot, between};
+use crate::field::knot::Knot;
 use crate::geodesics::ray::State;
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
@@ -123,12 +124,6 @@ pub(crate) const FARTHEST_OFF: f64 = 0.03;
 pub(crate) const LONGER: f64 = 1.001;
 /// Jumps between charts, in errors of the surface's height.
 pub(crate) const JUMP: f64 = 10.0;
-/// Steps are looked at for rims so many spacings of the graph's nodes apart, and where they leave the surface so many
-/// times halved.
-const LOOKED_AT: f64 = 0.3;
-const HALVINGS: usize = 5;
-/// Where it jumps dents, they are at most so many times deeper than a ray may end beyond a rim.
-const DENT: f64 = 2.0;
 /// A ray ends this share of the longest step beyond a rim.
 pub(crate) const OVER_RIM: f64 = 0.03;
 
@@ -238,71 +233,27 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     })
 }
 
-/// The last place of a step on the surface where the step leaves it; `None` where it does not.
-fn rim_on<const D: usize, S: Surface<D>>(
-    surface: &S,
-    step: [&Knot<D, S::Place>; 2],
-    limits: &Limits<D, S::Place>,
-    geometry: &mut Geometry<D>,
-) -> Option<Knot<D, S::Place>> {
-    let [from, to] = step;
-    let length = to.length - from.length;
-    let mut depth = |knot: &mut Knot<D, S::Place>| {
-        let point = &knot.frame.point;
-        knot.near = nearest(limits.graph, point, knot.near);
-        if !limits.rim[knot.near as usize] {
-            return 0.0;
-        }
-        if !surface.find_place(point, &mut knot.place, geometry) {
-            return f64::INFINITY;
-        }
-        let depth = surface.beyond_rim(point, knot.place);
-        depth.map_or(0.0, |d| d.0 / (OVER_RIM * limits.longest_step(knot.near)))
-    };
-    let every = LOOKED_AT * limits.spacing[from.near as usize];
-    let count = (length / every).ceil().max(1.0);
-    let mut inside = *from;
-    // What begins at a rim may come out of it.
-    let least = if limits.along { 1.0 } else { DENT };
-    let mut most = depth(&mut inside).max(least);
-    for i in 1..=count as usize {
-        let known = |knot: Knot<D, S::Place>| Knot {
-            place: inside.place,
-            near: inside.near,
-            ..knot
-        };
-        let mut there = known(between(step, from.length + length * i as f64 / count)?);
-        let found = depth(&mut there);
-        if found <= most {
-            inside = there;
-            most = found.max(least);
-            continue;
-        }
-        let mut high = there.length;
-        for _ in 0..HALVINGS {
-            let mut middle = between(step, 0.5 * (inside.length + high))?;
-            (middle.place, middle.near) = (inside.place, inside.near);
-            if depth(&mut middle) > most {
-                high = middle.length;
-            } else {
-                inside = middle;
-            }
-        }
-        return Some(inside);
-    }
-    None
+/// How far a geodesic was followed.
+pub(crate) struct Flight<const D: usize, P> {
+    pub knots: Vec<Knot<D, P>>,
+    /// It ends where the surface does.
+    pub stopped: bool,
+    pub dents: Vec<Dent>,
 }
 
-/// The geodesic from a knot on, which ends beyond the limits, where rays beside it meet it, or where the
-/// surface ends; whether the last.
+/// The geodesic from a knot on, which ends beyond the limits, where rays beside it meet it, or where the surface ends.
 pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     surface: &S,
     start: Knot<D, S::Place>,
     limits: &Limits<D, S::Place>,
-) -> (Vec<Knot<D, S::Place>>, bool) {
+) -> Flight<D, S::Place> {
     let mut geometry = Geometry::new(D - 2);
     let mut knot = start;
-    let mut knots = vec![knot];
+    let mut flight = Flight {
+        knots: vec![knot],
+        stopped: false,
+        dents: Vec::new(),
+    };
     let mut step = 0.5 * limits.longest_step(knot.near);
     for _ in 0..MOST_STEPS {
         let longest = limits.longest_step(knot.near);
@@ -316,7 +267,8 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         else {
             step *= 0.5;
             if step < SHORTEST * longest {
-                return (knots, !limits.rim.is_empty());
+                flight.stopped = !limits.rim.is_empty();
+                break;
             }
             continue;
         };
@@ -332,27 +284,30 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         if !limits.along && over.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
             step *= 0.5;
             if step < OVER_RIM * longest {
-                return (knots, true);
+                flight.stopped = true;
+                break;
             }
             continue;
         }
-        if !limits.rim.is_empty()
-            && let Some(last) = rim_on(surface, [&knot, &next], limits, &mut geometry)
-        {
-            if last.length > knot.length {
-                knots.push(last);
+        if !limits.rim.is_empty() {
+            let (dent, last) = dents::passed(surface, [&knot, &next], limits, &mut geometry);
+            flight.dents.extend(dent);
+            if let Some(last) = last {
+                let ends_later = last.length > knot.length;
+                flight.knots.extend(ends_later.then_some(last));
+                flight.stopped = true;
+                break;
             }
-            return (knots, true);
         }
         knot = next;
         knot.near = nearest(limits.graph, point, knot.near);
-        knots.push(knot);
+        flight.knots.push(knot);
         if knot.jacobi[0] <= 0.0 || limits.beyond(knot.length, point, knot.near) {
             break;
         }
         step *= change.min(3.0);
     }
-    (knots, false)
+    flight
 }
 
 /// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.

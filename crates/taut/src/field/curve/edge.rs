@@ -177,7 +177,7 @@ impl<const D: usize, S: Guide<D>> Shooter<'_, D, S> {
                 jacobi: [0.0, 1.0],
                 ..*from
             };
-            let (mut knots, _) = ray::shoot(self.surface, start, &limits(length));
+            let mut knots = ray::shoot(self.surface, start, &limits(length)).knots;
             let after = knots.partition_point(|knot| knot.length < length);
             let next = knots.get(after)?;
             let last = between([knots.get(after.checked_sub(1)?)?, next], length)?;

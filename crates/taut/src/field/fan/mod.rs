@@ -5,6 +5,7 @@ mod samples;
 
 use std::f64::consts::TAU;
 
+use crate::field::dents::Dent;
 use crate::field::knot::{Knot, between};
 use crate::field::ray::{self, Limits};
 use crate::guess::graph::Graph;
@@ -41,6 +42,8 @@ struct Ray<const D: usize, P> {
     knots: Vec<Knot<D, P>>,
     /// A rim ends it.
     stopped: bool,
+    /// Of rough edges that it jumps.
+    dents: Vec<Dent>,
 }
 
 /// Where a ray grazes a rim.
@@ -67,6 +70,12 @@ impl<const D: usize, P: Copy> Ray<D, P> {
     /// Whether it ends where rays beside it meet it.
     fn meets(&self) -> bool {
         self.knots.last().is_some_and(|last| last.jacobi[0] <= 0.0)
+    }
+
+    /// How much longer than the ray the way to a place on it may be, round the dents that it jumps.
+    fn detour(&self, length: f64) -> f64 {
+        let detours = self.dents.iter().map(|dent| dent.detour(length));
+        detours.fold(0.0, f64::max)
     }
 
     /// The ray at a length between its first and last knot.
@@ -146,19 +155,20 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         reachable: usize,
         limits: &Limits<'a, D, P>,
     ) -> Self {
-        let shoot = |angle: f64, needed_from: f64, middle: Option<Knot<D, P>>| {
+        let shoot = |angle: f64, needed_from: f64, middle: Option<Knot<D, P>>, dents: Vec<Dent>| {
             let start = middle.unwrap_or_else(|| (bundle.knot)(angle));
-            let (knots, stopped) = ray::shoot(surface, start, limits);
+            let flight = ray::shoot(surface, start, limits);
             Ray {
                 angle,
                 needed_from,
-                knots,
-                stopped,
+                knots: flight.knots,
+                stopped: flight.stopped,
+                dents: [dents, flight.dents].concat(),
             }
         };
         let first = &bundle.first;
         let mut fan = Self {
-            rays: parallel::map(first.len(), |i| shoot(first[i], 0.0, None)),
+            rays: parallel::map(first.len(), |i| shoot(first[i], 0.0, None, Vec::new())),
             range: bundle.range(),
             graph: limits.graph,
             spacing: limits.spacing,
@@ -181,13 +191,30 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
                     ray::halfway(surface, limits.graph, pair, gap.angle)
                 });
                 let angle = fan.rays[gap.right].angle + 0.5 * gap.angle;
-                shoot(angle, gap.needed_from, middle)
+                // What begins between two others has passed what they have.
+                let dents = if middle.is_some() {
+                    fan.dents_before(gap)
+                } else {
+                    Vec::new()
+                };
+                shoot(angle, gap.needed_from, middle, dents)
             });
             jets += shot.iter().map(|ray| ray.knots.len()).sum::<usize>();
             let new = gaps.iter().map(|gap| gap.right).zip(shot);
             (fan.rays, young) = merged(fan.rays, new);
         }
         fan
+    }
+
+    /// The dents that the rays to both sides of a gap jump before it.
+    fn dents_before(&self, gap: &Gap) -> Vec<Dent> {
+        let left = self.beside(gap.right, 1).map(|(ray, _)| ray);
+        let sides = std::iter::once(&self.rays[gap.right]).chain(left);
+        let dents = sides.flat_map(|ray| &ray.dents);
+        dents
+            .filter(|dent| dent.length < gap.begin)
+            .copied()
+            .collect()
     }
 
     /// Neighbouring rays, the index of the first, and the angle between them.
@@ -217,6 +244,7 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
     /// Where rays are too far apart, one of the two being young, or part at a rim.
     fn gaps(&self, young: &[bool], along: bool) -> Vec<Gap> {
         let spacing = self.spacing;
+        let parts_at_rims = along || self.range.is_none();
         let narrowest = NARROWEST * self.range.map_or(1.0, |[from, to]| to - from);
         let gap = |(i, [right, left], angle): (usize, [&Ray<D, P>; 2], f64)| {
             if !(young[i] || young[(i + 1) % young.len()]) || angle <= narrowest {
@@ -233,7 +261,7 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
                 let (knot, _) = passing.find(|(_, off)| *off > GRAZING)?;
                 Some((knot.length - BEFORE * spacing[knot.near as usize]).max(0.0))
             };
-            let needed_from = parted(1.0).or_else(|| along.then(at_rim).flatten())?;
+            let needed_from = parted(1.0).or_else(|| parts_at_rims.then(at_rim).flatten())?;
             let begin = parted(EARLIER).map_or(needed_from, |begin| begin.min(needed_from));
             let known = right.knots[0].length.max(left.knots[0].length);
             Some(Gap {

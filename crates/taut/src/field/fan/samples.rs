@@ -79,7 +79,7 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
             jet,
             near,
             doubt: 0.0,
-            surface_error: ray.knots[knot].heights.length_error(),
+            surface_error: ray.knots[knot].heights.length_error() + ray.detour(length),
         });
         length += ALONG * spacing;
     }
@@ -103,6 +103,9 @@ fn room<const D: usize, P: Copy + Send + Sync>(
         if other.end() < length {
             if other.meets() {
                 return [next.unwrap_or(0.0), last];
+            }
+            if other.stopped {
+                return [next.unwrap_or(turn.abs()), turn.abs()];
             }
             continue;
         }
