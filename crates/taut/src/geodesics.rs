@@ -42,6 +42,43 @@ struct Workspace<const D: usize, P> {
     solver: Solver<D, P>,
 }
 
+/// Which geodesics between two nodes are looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sought {
+    /// The shortest: by rays where the ends are nearly conjugate.
+    Shortest,
+    /// The shortest that guesses on the graph lead to.
+    Guessed,
+    /// So many ways round.
+    Several(usize),
+}
+
+impl Sought {
+    /// How many guesses are looked at, ...
+    fn guesses(self) -> usize {
+        match self {
+            Self::Several(most) => GUESSES + 3 * most,
+            _ => GUESSES,
+        }
+    }
+
+    /// ... how much longer than the shortest, ...
+    fn detour(self) -> f32 {
+        match self {
+            Self::Several(_) => 3.0,
+            _ => DETOUR,
+        }
+    }
+
+    /// ... and how much longer when straightened they are pulled taut.
+    fn close(self) -> f64 {
+        match self {
+            Self::Several(_) => 3.0,
+            _ => CLOSE,
+        }
+    }
+}
+
 /// Guesses looked at for the shortest path.
 const GUESSES: usize = 8;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
@@ -112,10 +149,19 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         to: &Node<D, S::Place>,
         settings: &Settings,
     ) -> Path<D> {
-        self.search(from, to, settings, GUESSES, DETOUR, CLOSE)
-            .into_iter()
-            .next()
-            .unwrap_or_else(Path::none)
+        let paths = self.search(from, to, settings, Sought::Shortest);
+        paths.into_iter().next().unwrap_or_else(Path::none)
+    }
+
+    /// As [`path`](Self::path), without shooting rays where the ends are nearly conjugate.
+    pub(crate) fn guessed_path(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        settings: &Settings,
+    ) -> Path<D> {
+        let paths = self.search(from, to, settings, Sought::Guessed);
+        paths.into_iter().next().unwrap_or_else(Path::none)
     }
 
     /// Up to `most` distinct geodesics, shortest first: one for each way round that was found, at
@@ -127,7 +173,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         settings: &Settings,
         most: usize,
     ) -> Vec<Path<D>> {
-        let mut paths = self.search(from, to, settings, GUESSES + 3 * most, 3.0, 3.0);
+        let mut paths = self.search(from, to, settings, Sought::Several(most));
         paths.truncate(most);
         paths
     }
@@ -137,16 +183,15 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         from: &Node<D, S::Place>,
         to: &Node<D, S::Place>,
         settings: &Settings,
-        guesses: usize,
-        detour: f32,
-        close: f64,
+        sought: Sought,
     ) -> Vec<Path<D>> {
         if let Some(path) = self.straight(from, to) {
             return vec![path];
         }
         let mut workspace = self.take_workspace();
         let Workspace { search, solver } = &mut workspace;
-        let mut first = self.guesses(from, to, guesses, detour, search);
+        let guesses = sought.guesses();
+        let mut first = self.guesses(from, to, guesses, sought.detour(), search);
         let is_joined = !first.is_empty();
         let may_be = is_joined || self.is_unknown(self.entrance(from), self.entrance(to));
         if may_be {
@@ -154,7 +199,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         }
         let is_unknown = may_be && first.is_empty();
         let more = || self.guesses(from, to, guesses, DETOUR_ROUND, search);
-        let mut paths = self.pull_taut(first, more, settings, close, solver);
+        let mut paths = self.pull_taut(first, more, settings, sought, solver);
         self.put_back(workspace);
         if is_unknown {
             paths.push(Path::unknown());
@@ -255,10 +300,12 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         mut guesses: Vec<Vec<Node<D, S::Place>>>,
         more: impl FnOnce() -> Vec<Vec<Node<D, S::Place>>>,
         settings: &Settings,
-        mut close: f64,
+        sought: Sought,
         solver: &mut Solver<D, S::Place>,
     ) -> Vec<Path<D>> {
-        let shortest_only = close == CLOSE;
+        let shortest_only = !matches!(sought, Sought::Several(_));
+        let by_rays = sought != Sought::Guessed;
+        let mut close = sought.close();
         let mut straight: Vec<Straight<D, S::Place>> = Vec::new();
         let mut rays = None;
         let mut more = shortest_only.then_some(more);
@@ -269,7 +316,10 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 continue;
             };
             // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by little; rays do.
-            if rays.is_none() && shortest::nearly_conjugate(&self.surface, guess, found.spread) {
+            if by_rays
+                && rays.is_none()
+                && shortest::nearly_conjugate(&self.surface, guess, found.spread)
+            {
                 let known = found.taut.length();
                 let shot = shortest::by_rays(&self.surface, guess, known, settings, solver);
                 if shortest_only && shot.proves_shortest() {

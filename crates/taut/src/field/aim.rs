@@ -22,6 +22,8 @@ const FARTHEST: f64 = 3.0;
 const MOST_TURN: f64 = 0.3;
 /// Where rays lie nearer together than this, in spacings a radian, the next shot is turned with care.
 const LEAST_SPREAD: f64 = 0.1;
+/// Rays have nearly come together again that are no farther apart than this share of what they would be on a plane.
+const TOGETHER: f64 = 0.1;
 /// The front's curvature changes as it does between rays so many spacings to both sides.
 const ASIDE: f64 = 0.7;
 
@@ -42,6 +44,13 @@ pub(super) struct Hit<const D: usize, P> {
     pub jet: Jet,
     /// Estimated error of the distance by that of the surface.
     pub surface_error: f64,
+}
+
+impl<const D: usize, P> Hit<D, P> {
+    /// Rays beside it have nearly come together again.
+    pub fn is_focused(&self) -> bool {
+        self.knot.jacobi[0] < TOGETHER * self.knot.length
+    }
 }
 
 impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {

@@ -20,6 +20,8 @@ pub(super) const DOUBTFUL: f64 = 1e-3;
 /// Claims of one source whose rays are nearer to each other than so many spacings, and than this angle in radians, are of one ray.
 const SAME_RAY: f64 = 0.3;
 
+/// Where jets are doubtful a geodesic may go unseen that is shorter by so much of its length.
+const UNSEEN: f64 = 1e-4;
 /// The nodes around a point that are asked lie no farther from it than so many spacings.
 const CLOSE: f64 = 1.2;
 
@@ -100,7 +102,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         if !surface.find_place(&start.point, &mut start.place, &mut Geometry::new(D - 2)) {
             return None;
         }
-        let path = geodesics.path(&start, end, &correction::Settings::default());
+        let path = geodesics.guessed_path(&start, end, &correction::Settings::default());
         (path.converged() && path.length > 0.0).then_some(path)
     }
 
@@ -140,6 +142,10 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 if is_fixed(branch) {
                     return None;
                 }
+                // What was carried along the graph tells of no ray.
+                if branch.carried {
+                    continue;
+                }
                 let carried = branch.jet.distance_at(v, frame.gauss);
                 let (distance, step_error) =
                     carried.unwrap_or((branch.jet.distance, fields.spacing[near as usize]));
@@ -160,28 +166,18 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         Some(claims)
     }
 
-    /// The geodesics to a place that claims speak of and that arrive, with that of the path pulled taut, but for those longer
-    /// than the shortest by more than a slack.
+    /// The geodesics to a place that claims speak of and that arrive, but for those longer than the shortest by more than a
+    /// slack; and that of the path pulled taut where a claim of a shorter way does not arrive, or the nodes around are torn.
     fn proven(
         &self,
         claims: &[Claim],
         end: &Node<D, S::Place>,
         spacing: f64,
-        slack: f64,
+        (slack, is_torn): (f64, bool),
     ) -> Vec<Proven<D, S::Place>> {
         let mut tried: Vec<Ray> = Vec::new();
         let mut found: Vec<Proven<D, S::Place>> = Vec::new();
         let mut least = f64::INFINITY;
-        let mut add = |hit: Hit<D, S::Place>, source: u32, tried: &mut Vec<Ray>| {
-            let v = hit.knot.frame.log(&end.point, ON_SURFACE);
-            let angle = hit.jet.angle_at(v, hit.knot.frame.gauss);
-            let apart = same_ray(hit.jet.heading.turn, spacing);
-            let ray = Ray { source, angle };
-            if !found.iter().any(|other| other.ray.is(&ray, apart)) {
-                found.push(Proven { ray, hit });
-            }
-            tried.push(ray);
-        };
         for claim in claims {
             let apart = same_ray(claim.turn, spacing);
             let is_tried = tried.iter().any(|ray| ray.is(&claim.ray, apart));
@@ -194,14 +190,17 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
             let gun = self.gun(source);
             if let Some(hit) = gun.and_then(|gun| gun.hit((angle, length), &end.point, spacing)) {
                 least = least.min(hit.jet.distance);
-                add(hit, source, &mut tried);
+                tried.push(add(&mut found, source, hit, &end.point, spacing));
             }
         }
-        // Beside caustics there may be rays between those that claims tell of.
-        if let Some(first) = claims.first()
+        // There may be rays between those that claims tell of.
+        let is_short = |claim: &&Claim| least - claim.distance > DOUBTFUL * least.abs();
+        let untold = claims.first().filter(|first| is_torn || is_short(first));
+        let is_focused = found.iter().any(|proven| proven.hit.is_focused());
+        if let Some(first) = untold.filter(|_| !is_focused)
             && let Some(hit) = self.hit_by_path(first.ray.source, end, spacing)
         {
-            add(hit, first.ray.source, &mut tried);
+            add(&mut found, first.ray.source, hit, &end.point, spacing);
         }
         found
     }
@@ -218,7 +217,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
             self.gun(source)?.look_aside(&mut hit, spacing);
             Some(Branch {
                 jet: hit.jet.carried(&hit.knot.frame, frame)?,
-                error: hit.surface_error,
+                error: hit.surface_error + UNSEEN * hit.knot.length,
                 missed: 0.0,
                 angle_error: self.tolerance,
                 doubt: 0.0,
@@ -227,7 +226,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 source,
             })
         };
-        let proven = self.proven(&claims, &end, spacing, spacing);
+        let proven = self.proven(&claims, &end, spacing, (spacing, false));
         let mut found: Vec<Branch> = proven.into_iter().filter_map(of_proven).collect();
         found.sort_by(|a, b| a.jet.distance.total_cmp(&b.jet.distance));
         found.truncate(MOST_BRANCHES);
@@ -242,7 +241,9 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let point = surface.foot(x, &mut place, &mut Geometry::new(D - 2))?;
         let claims = self.claims(|near| field.branches(near), node, &point)?;
         let end = Node { point, place };
-        let proven = self.proven(&claims, &end, fields.spacing[node as usize], 0.0);
+        let torn = |branch: &Branch| branch.missed > DOUBTFUL * branch.jet.distance;
+        let is_torn = field.branches(node).iter().any(torn);
+        let proven = self.proven(&claims, &end, fields.spacing[node as usize], (0.0, is_torn));
         let found = proven.into_iter().filter_map(|proven| {
             let (frame, jet) = (&proven.hit.knot.frame, &proven.hit.jet);
             let v = frame.log(&point, ON_SURFACE);
@@ -255,7 +256,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         Some(Taken {
             value: Value {
                 distance,
-                error: hit.surface_error + field.tolerance * hit.knot.length,
+                error: hit.surface_error + UNSEEN * hit.knot.length,
                 source: ray.source,
                 direction: direction_at(&hit.knot.frame, &hit.jet, v),
             },
@@ -268,16 +269,15 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         })
     }
 
-    /// Replaces the branches of nodes by proven ones where one of them is doubtful, and none is carried or of a source near by.
+    /// Replaces the branches of nodes by proven ones where one of them is doubtful, and none is of a source near by.
     pub fn prove(
         &self,
         lists: &mut [Vec<Branch>],
         is_doubtful: impl Fn(u32, &Branch) -> bool + Sync,
     ) {
-        let of_rays = |branch: &Branch| branch.piece.is_none() && !branch.carried;
         let doubtful: Vec<u32> = (0..)
             .zip(lists.iter())
-            .filter(|(_, branches)| branches.iter().all(of_rays))
+            .filter(|(_, branches)| !branches.iter().any(is_fixed))
             .filter(|(node, branches)| branches.iter().any(|branch| is_doubtful(*node, branch)))
             .map(|(node, _)| node)
             .collect();
@@ -290,7 +290,26 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
     }
 }
 
-/// What some nodes say of a point together: the least value, and by how much it may be wrong by what the others say.
+/// Adds a geodesic to those that arrive at a point unless it is one of them; its ray.
+fn add<const D: usize, P>(
+    found: &mut Vec<Proven<D, P>>,
+    source: u32,
+    hit: Hit<D, P>,
+    x: &Vector<D>,
+    spacing: f64,
+) -> Ray {
+    let v = hit.knot.frame.log(x, ON_SURFACE);
+    let angle = hit.jet.angle_at(v, hit.knot.frame.gauss);
+    let apart = same_ray(hit.jet.heading.turn, spacing);
+    let ray = Ray { source, angle };
+    if !found.iter().any(|other| other.ray.is(&ray, apart)) {
+        found.push(Proven { ray, hit });
+    }
+    ray
+}
+
+/// What some nodes say of a point together, the nearest first: the least value, or that of the nearest node where it agrees,
+/// and by how much it may be wrong by what the others say.
 fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
     let least = all
         .iter()
@@ -310,22 +329,25 @@ fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
             off(other) - doubt(other)
         }
     });
+    let missed = misses.fold(0.0, f64::max);
+    let nearest = all.iter().find(agrees).unwrap_or(least);
     let shortest = all.iter().map(|other| other.value.distance - other.unknown);
+    let shortest = shortest.fold(f64::INFINITY, f64::min);
     Some(Taken {
-        missed: misses.fold(0.0, f64::max),
-        unknown: distance - shortest.fold(f64::INFINITY, f64::min),
-        ..*least
+        missed: missed.max(nearest.value.distance - distance),
+        unknown: (nearest.value.distance - shortest).max(0.0),
+        ..*nearest
     })
 }
 
 /// A branch that no shot can prove: measured from a source near by, or come round a rim.
 fn is_fixed(branch: &Branch) -> bool {
-    branch.piece.is_some() || branch.jet.heading.is_bent()
+    branch.piece.is_some() || (branch.jet.heading.is_bent() && !branch.carried)
 }
 
-/// A branch whose jets scatter.
+/// A branch that no ray brought, or whose jets scatter.
 pub(super) fn is_scattered(branch: &Branch) -> bool {
-    branch.error + branch.doubt > DOUBTFUL * branch.jet.distance
+    branch.carried || branch.error + branch.doubt > DOUBTFUL * branch.jet.distance
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {

@@ -257,7 +257,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     let mut step = 0.5 * limits.longest_step(knot.near);
     for _ in 0..MOST_STEPS {
         let longest = limits.longest_step(knot.near);
-        step = step.min(longest);
+        step = step.min(longest).min(surface.rippled(knot.place));
         // A node without neighbours knows no length to step by.
         if step <= 0.0 {
             break;
@@ -272,6 +272,11 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             }
             continue;
         };
+        let rippled = surface.rippled(next.place);
+        if step > rippled {
+            step = rippled.max(0.5 * step);
+            continue;
+        }
         let excess =
             error / (limits.tolerance_at(knot.near, surface.height_error(knot.place)) * step);
         let change = 0.9 * excess.max(1e-4).powf(-0.25);

@@ -1,7 +1,7 @@
 //! Many pairs at a time, and what a guess is worth before it is corrected.
 
 use crate::correction::Settings;
-use crate::geodesics::{CLOSE, DETOUR_ROUND, GUESSES, Geodesics};
+use crate::geodesics::{DETOUR_ROUND, GUESSES, Geodesics, Sought};
 use crate::guess::Guide;
 use crate::guess::routes::{DETOUR, Ways};
 use crate::parallel;
@@ -133,7 +133,13 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         first.extend(self.surface.ways(&from.node, &to.node, true));
         let more = || guesses(DETOUR_ROUND * from.distance(to));
         let mut workspace = self.take_workspace();
-        let paths = self.pull_taut(first, more, settings, CLOSE, &mut workspace.solver);
+        let paths = self.pull_taut(
+            first,
+            more,
+            settings,
+            Sought::Shortest,
+            &mut workspace.solver,
+        );
         self.put_back(workspace);
         paths.into_iter().next().unwrap_or_else(Path::none)
     }

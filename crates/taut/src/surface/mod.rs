@@ -106,6 +106,12 @@ pub trait Surface<const D: usize>: Sync {
         self.height_error(nodes[1].place)
     }
 
+    /// How far the surface may be followed in one step at a place where it has ripples that its surroundings have not, as
+    /// beside an outlier; infinite where it has none.
+    fn rippled(&self, _place: Self::Place) -> f64 {
+        f64::INFINITY
+    }
+
     /// The radius of a chart of a cloud, and 0 for equations.
     fn resolution(&self, _place: Self::Place) -> f64 {
         0.0

@@ -30,6 +30,8 @@ pub(crate) struct Chart<const D: usize> {
     pub trust: f64,
     /// Estimated standard error of the blend's height near its origin.
     pub blend_error: f64,
+    /// Near its origin it agrees with the blend to what this errs by.
+    pub stands_alone: bool,
 }
 
 /// Values and gradients of a chart's equations f = <x - o, n> - h(u), all m of them.

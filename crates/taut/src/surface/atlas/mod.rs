@@ -60,6 +60,8 @@ const SLACK: f64 = 1e-6;
 pub(crate) const UNEVEN: f64 = 20.0;
 /// ... at no more than so many places between two nodes.
 const MOST_PIECES: f64 = 64.0;
+/// Steps across the ripples of a chart that does not stand alone, in its radii.
+const RIPPLES: f64 = 0.5;
 /// Charts looked at at a time for those that overlap a point.
 const LOOKED_AT: usize = 32;
 
@@ -494,7 +496,7 @@ impl<const D: usize> Surface<D> for Atlas<D> {
     }
 
     fn cheap_geometry(&self, x: &Vector<D>, place: ChartIndex, out: &mut Geometry<D>) -> bool {
-        if self.is_noisy() {
+        if self.is_noisy() || !self.charts[place as usize].stands_alone {
             return self.geometry(x, place, out);
         }
         self.single::<true>(x, place, out);
@@ -565,6 +567,15 @@ impl<const D: usize> Surface<D> for Atlas<D> {
             return self.height_error(b.place);
         }
         (0.5 * (self.mean_square_error(a, b) + self.mean_square_error(b, c))).sqrt()
+    }
+
+    fn rippled(&self, place: ChartIndex) -> f64 {
+        let chart = &self.charts[place as usize];
+        if chart.stands_alone {
+            f64::INFINITY
+        } else {
+            RIPPLES * chart.radius
+        }
     }
 
     fn resolution(&self, place: ChartIndex) -> f64 {

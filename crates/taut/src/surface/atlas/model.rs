@@ -306,6 +306,7 @@ fn chart<const D: usize>(
         height_error: length(i, "height_error", given.height_error, 0.0)?,
         trust: 1.0,
         blend_error: 0.0,
+        stands_alone: true,
     })
 }
 

@@ -273,6 +273,7 @@ pub(super) fn fit_chart<const D: usize>(
                 * fit.variance_at_origin(monomials, degree).sqrt().min(1.0),
             trust: 1.0,
             blend_error: 0.0,
+            stands_alone: true,
         },
         sigma: quality.sigma,
         misfit,

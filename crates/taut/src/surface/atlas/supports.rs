@@ -151,6 +151,7 @@ mod tests {
                 height_error: 0.0,
                 trust: 1.0,
                 blend_error: 0.0,
+                stands_alone: true,
             })
             .collect();
         let supports = Supports::new(&charts);

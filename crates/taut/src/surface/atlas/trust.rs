@@ -4,13 +4,15 @@
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::median;
 use crate::surface::atlas::scale::NOISY;
-use crate::surface::atlas::{ChartIndex, Lists};
+use crate::surface::atlas::{ChartIndex, Lists, UNEVEN};
 use crate::{Vector, parallel};
 
 /// A chart is trusted fully that leaves no more of its points than so many times what the charts around it usually do, ...
 const USUAL: f64 = 3.0;
 /// ... and one that leaves more by this power of the ratio less.
 const POWER: i32 = 4;
+/// Charts that err by no more spacings have no ripples that matter.
+const SMOOTH: f64 = 1e-3;
 
 /// Sets how far each chart is trusted, by those beside it, and how far the blend errs near it.
 pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists) {
@@ -24,8 +26,11 @@ pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists)
         let counts = |other: &Chart<D>| other.trust < 1.0 || std::ptr::eq(other, chart);
         blend_error(&chart.origin, beside, counts)
     });
+    let usual = median(charts.iter().map(|chart| chart.height_error));
     for (chart, error) in charts.iter_mut().zip(errors) {
         chart.blend_error = error;
+        let most = (UNEVEN * usual).max(SMOOTH * chart.spacing);
+        chart.stands_alone = chart.trust == 1.0 && chart.height_error <= most;
     }
 }
 
