@@ -100,17 +100,28 @@ impl<const D: usize> Field<D> {
         most: f64,
     ) -> Option<Taken<D>> {
         let v = frame.log(x, share);
-        let values = self.branches(node).iter().enumerate();
-        let values = values.map(|(index, branch)| {
+        let mut least: Option<Taken<D>> = None;
+        let mut shortest = f64::INFINITY;
+        for (index, branch) in self.branches(node).iter().enumerate() {
             let (value, beyond) = match branch.piece {
                 Some(piece) => (self.by_piece(piece, branch, x, share), 0.0),
                 None => {
+                    let carried = branch.jet.distance_at(v, frame.gauss);
+                    // Less sure or not known as far as the point, a branch may lead there by a shorter way.
+                    let way = match carried {
+                        Some((distance, error)) => distance - error,
+                        None => branch.jet.distance + branch.jet.ahead(v),
+                    };
+                    shortest = shortest.min(way);
                     let beyond = branch.jet.beyond_at(v, frame.gauss);
-                    (self.by_branch(branch, frame, x, v), beyond)
+                    (self.by_branch(branch, frame, x, v, carried), beyond)
                 }
             };
             let believed = value.distance + branch.doubt + value.error - branch.error;
-            Taken {
+            if beyond > most || least.as_ref().is_some_and(|l| l.believed <= believed) {
+                continue;
+            }
+            least = Some(Taken {
                 value,
                 believed,
                 missed: branch.missed,
@@ -118,17 +129,9 @@ impl<const D: usize> Field<D> {
                 node,
                 branch: index,
                 beyond,
-            }
-        });
-        let values = values.filter(|taken| taken.beyond <= most);
-        let mut least = values.min_by(|a, b| a.believed.total_cmp(&b.believed))?;
-        // Another branch, less sure or not known as far as the point, may lead there by a shorter way.
-        let of_rays = self.branches(node).iter().filter(|b| b.piece.is_none());
-        let ways = of_rays.map(|branch| match branch.jet.distance_at(v, frame.gauss) {
-            Some((distance, error)) => distance - error,
-            None => branch.jet.distance + branch.jet.ahead(v),
-        });
-        let shortest = ways.fold(f64::INFINITY, f64::min);
+            });
+        }
+        let mut least = least?;
         least.unknown = (least.value.distance - shortest).max(0.0);
         (least.value.distance <= self.max_distance).then_some(least)
     }
@@ -167,9 +170,16 @@ impl<const D: usize> Field<D> {
         }
     }
 
-    /// The value at a point to which `v` leads from a node with its frame.
-    fn by_branch(&self, branch: &Branch, frame: &Frame<D>, x: &Vector<D>, v: [f64; 2]) -> Value<D> {
-        let carried = branch.jet.distance_at(v, frame.gauss);
+    /// The value at a point to which `v` leads from a node with its frame, where the branch's jet carried there says a distance
+    /// and an error, if it does.
+    fn by_branch(
+        &self,
+        branch: &Branch,
+        frame: &Frame<D>,
+        x: &Vector<D>,
+        v: [f64; 2],
+        carried: Option<(f64, f64)>,
+    ) -> Value<D> {
         // No branch is longer than along the step, or shorter than straight through space.
         let bound = branch.jet.distance + norm(v);
         let least = self.pieces[branch.source as usize].least(x);
