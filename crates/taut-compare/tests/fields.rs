@@ -115,6 +115,34 @@ fn beside_caustics_fields_neither_jump_nor_fall_short() {
     }
 }
 
+/// In the shadow of edges, on outliers and on detail of few points, what is not known well is said.
+#[test]
+fn fields_err_by_what_they_claim() {
+    let names = ["hole", "frustum", "outliers1", "outliers3", "torus"];
+    for (name, seed) in names.into_iter().zip(31..) {
+        let case = Case::new(name, 5000, seed).expect("a case");
+        let geodesics = geodesics(&case.points);
+        let source = 13 * seed as usize;
+        let (_, values) = field(&geodesics, &[(source, 0.0)], &Settings::default());
+        let truth = case.distances(source);
+        let step = if name == "torus" { 17 } else { 3 };
+        let rows = (0..case.rows).step_by(step);
+        let known: Vec<_> = rows.filter_map(|row| Some((row, truth(row)?))).collect();
+        let far = known.iter().filter(|(_, truth)| *truth >= case.near());
+        let over = far.map(|(row, truth)| {
+            let value = &values[*row];
+            (value.distance - truth).abs() / value.error
+        });
+        let over = over.fold(0.0, f64::max);
+        let [mean, _, covered] = judged(&values, &known, case.near());
+        let most = if name == "hole" { 5e-3 } else { 1e-3 };
+        assert!(
+            mean < most && covered > 0.99 && over < 10.0,
+            "{name} {mean:e} {covered} {over}"
+        );
+    }
+}
+
 #[test]
 fn roll_with_near_layers_is_not_joined() {
     let spacing = (4.0 / 10_000.0_f64).sqrt();
