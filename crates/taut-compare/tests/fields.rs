@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use taut::cloud::Cloud;
+use taut::correction;
 use taut::field::{Field, Fields, Settings, Source, Value};
 use taut::geodesics::Geodesics;
 use taut::surface::atlas::Atlas;
@@ -141,6 +142,33 @@ fn fields_err_by_what_they_claim() {
             "{name} {mean:e} {covered} {over}"
         );
     }
+}
+
+/// Where a cloud ends is known to a spacing: paths that pass a rough rim say what the way round its dents may add.
+#[test]
+fn paths_past_a_hole_err_by_what_they_claim() {
+    let case = Case::new("hole", 20_000, 41).expect("a case");
+    let geodesics = geodesics(&case.points);
+    let source = 977;
+    let truth = case.distances(source);
+    let surface = geodesics.surface();
+    let from = surface.node_of_row(source).expect("a foot");
+    let (mut converged, mut past) = (0, 0);
+    for row in (0..case.rows).step_by(97) {
+        let to = surface.node_of_row(row).expect("a foot");
+        let path = geodesics.path(&from, &to, &correction::Settings::default());
+        let truth = truth(row).expect("a distance");
+        let claim = path.length_error + path.surface_error;
+        if path.converged() && truth >= case.near() {
+            assert!(
+                (path.length - truth).abs() <= claim + 1e-12,
+                "{row} {claim:e}"
+            );
+            converged += 1;
+            past += usize::from(claim > 1e-6);
+        }
+    }
+    assert!(converged > 180 && past > 20, "{converged} {past}");
 }
 
 #[test]

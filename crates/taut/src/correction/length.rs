@@ -52,6 +52,11 @@ pub(crate) fn arcs(profile: &Profile) -> f64 {
         .sum()
 }
 
+/// How much longer a taut string becomes that is pushed aside by a depth at a place so far from its two ends.
+pub(crate) fn detour([before, behind]: [f64; 2], depth: f64) -> f64 {
+    before.hypot(depth) + behind.hypot(depth) - before - behind
+}
+
 /// What errors of the surface's height do to a path's length.
 ///
 /// Moving a stretch of length s along its normal by delta changes the length by kappa delta s to first

@@ -2,6 +2,7 @@
 
 pub(crate) mod band;
 pub(crate) mod curve;
+mod dents;
 pub(crate) mod element;
 pub(crate) mod flow;
 pub(crate) mod length;
@@ -374,7 +375,13 @@ fn finish<const D: usize, S: Surface<D>>(
     for (stretch, radius) in along_rim {
         height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);
     }
-    path.surface_error = height_errors.length_error();
+    path.surface_error = height_errors.length_error()
+        + dents::detour(
+            surface,
+            &taut.curve.nodes,
+            &path.arc_length,
+            &mut solver.scratch,
+        );
     path
 }
 

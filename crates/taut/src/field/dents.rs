@@ -1,5 +1,6 @@
 //! Rims that rays pass: where one ends a ray, and the dents of a rough edge that rays jump.
 
+use crate::correction::length::detour;
 use crate::field::knot::{Knot, between};
 use crate::field::ray::{Limits, OVER_RIM, nearest};
 use crate::surface::{Geometry, Surface};
@@ -27,7 +28,7 @@ impl Dent {
         if behind <= 0.0 {
             return 0.0;
         }
-        self.length.hypot(self.depth) + behind.hypot(self.depth) - length
+        detour([self.length, behind], self.depth)
     }
 }
 

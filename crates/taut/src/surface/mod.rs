@@ -84,6 +84,11 @@ pub trait Surface<const D: usize>: Sync {
         None
     }
 
+    /// Whether the surface has rims that are known.
+    fn has_rims(&self) -> bool {
+        false
+    }
+
     /// The points at the surface's rims, each with the unit direction outwards and the spacing of the points there;
     /// none on a surface without.
     fn rim(&self) -> Vec<(Node<D, Self::Place>, Vector<D>, f64)> {

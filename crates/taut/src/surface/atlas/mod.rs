@@ -543,6 +543,10 @@ impl<const D: usize> Surface<D> for Atlas<D> {
         deepest
     }
 
+    fn has_rims(&self) -> bool {
+        !self.rim.is_empty()
+    }
+
     fn rim(&self) -> Vec<(Node<D, ChartIndex>, Vector<D>, f64)> {
         let of_chart = |place: ChartIndex| {
             self.rim.of(place).iter().map(move |disc| {
