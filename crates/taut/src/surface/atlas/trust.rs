@@ -7,6 +7,8 @@ use crate::surface::atlas::scale::NOISY;
 use crate::surface::atlas::{ChartIndex, Lists, UNEVEN};
 use crate::{Vector, parallel};
 
+/// Where charts usually leave more spacings of their points, the surface has creases or noise, and none of them is known better.
+const CLEAN: f64 = 2e-3;
 /// A chart is trusted fully that leaves no more of its points than so many times what the charts around it usually do, ...
 const USUAL: f64 = 3.0;
 /// ... and one that leaves more by this power of the ratio less.
@@ -41,6 +43,9 @@ fn trust<const D: usize>(charts: &[Chart<D>], beside: &[ChartIndex]) -> f64 {
         return 1.0;
     }
     let usual = median(beside.iter().map(|i| charts[*i as usize].residual));
+    if usual > CLEAN * chart.spacing {
+        return 1.0;
+    }
     let most = (USUAL * usual).max(NOISY * chart.spacing);
     (most / chart.residual).min(1.0).powi(POWER)
 }
