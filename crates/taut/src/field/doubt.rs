@@ -20,7 +20,7 @@ pub(super) const DOUBTFUL: f64 = 1e-3;
 /// Claims of one source whose rays are nearer to each other than so many spacings, and than this angle in radians, are of one ray.
 const SAME_RAY: f64 = 0.3;
 
-/// Where jets are doubtful a geodesic may go unseen that is shorter by so much of its length.
+/// The least error, in shares of the distance, of what is proven: a shorter geodesic may lie between those that were tried.
 const UNSEEN: f64 = 1e-4;
 /// The nodes around a point that are asked lie no farther from it than so many spacings.
 const CLOSE: f64 = 1.2;

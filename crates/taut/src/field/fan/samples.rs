@@ -86,8 +86,8 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
     samples
 }
 
-/// The angles to the next ray on one side that goes as far as a length, and to the last one before rays that met those beside
-/// them earlier; `most` where there are none of these within that.
+/// The angles on one side to the next ray that goes as far as a length, and to where such rays end: at the last one before rays
+/// that met those beside them earlier, or at a ray that a rim stopped; `most` where neither is within that.
 fn room<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
     index: usize,

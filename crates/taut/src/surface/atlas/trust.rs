@@ -7,11 +7,12 @@ use crate::surface::atlas::scale::NOISY;
 use crate::surface::atlas::{ChartIndex, Lists, UNEVEN};
 use crate::{Vector, parallel};
 
-/// Where charts usually leave more spacings of their points, the surface has creases or noise, and none of them is known better.
+/// All charts are trusted fully where the median residual around is more than so many spacings: creases and noise spoil many fits
+/// at once, and one that fits well may do so by chance.
 const CLEAN: f64 = 2e-3;
 /// A chart is trusted fully that leaves no more of its points than so many times what the charts around it usually do, ...
 const USUAL: f64 = 3.0;
-/// ... and one that leaves more by this power of the ratio less.
+/// ... and a chart that leaves more is trusted by this power of the ratio.
 const POWER: i32 = 4;
 /// Charts that err by no more spacings have no ripples that matter.
 const SMOOTH: f64 = 1e-3;
