@@ -45,10 +45,7 @@ struct Workspace<const D: usize, P> {
 /// Which geodesics between two nodes are looked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sought {
-    /// The shortest: by rays where the ends are nearly conjugate.
     Shortest,
-    /// The shortest that guesses on the graph lead to.
-    Guessed,
     /// So many ways round.
     Several(usize),
 }
@@ -58,7 +55,7 @@ impl Sought {
     fn guesses(self) -> usize {
         match self {
             Self::Several(most) => GUESSES + 3 * most,
-            _ => GUESSES,
+            Self::Shortest => GUESSES,
         }
     }
 
@@ -66,7 +63,7 @@ impl Sought {
     fn detour(self) -> f32 {
         match self {
             Self::Several(_) => 3.0,
-            _ => DETOUR,
+            Self::Shortest => DETOUR,
         }
     }
 
@@ -74,13 +71,15 @@ impl Sought {
     fn close(self) -> f64 {
         match self {
             Self::Several(_) => 3.0,
-            _ => CLOSE,
+            Self::Shortest => CLOSE,
         }
     }
 }
 
 /// Guesses looked at for the shortest path.
 const GUESSES: usize = 8;
+/// Guesses looked at where other ways are known to lead beside.
+const FEW_GUESSES: usize = 4;
 /// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
 /// that could still win by what pulling taut has changed so far.
 const CLOSE: f64 = 1.01;
@@ -153,15 +152,35 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths.into_iter().next().unwrap_or_else(Path::none)
     }
 
-    /// As [`path`](Self::path), without shooting rays where the ends are nearly conjugate.
-    pub(crate) fn guessed_path(
+    /// Distinct paths, roughly taut, that could be the shortest between two nodes: polylines with their lengths to a few parts
+    /// in a thousand, shortest first.
+    pub(crate) fn rough_paths(
         &self,
         from: &Node<D, S::Place>,
         to: &Node<D, S::Place>,
-        settings: &Settings,
-    ) -> Path<D> {
-        let paths = self.search(from, to, settings, Sought::Guessed);
-        paths.into_iter().next().unwrap_or_else(Path::none)
+    ) -> Vec<Taut<D, S::Place>> {
+        let mut workspace = self.take_workspace();
+        let Workspace { search, solver } = &mut workspace;
+        let (start, end) = (self.entrances(from), self.entrances(to));
+        let longest = DETOUR * search.from_one(&self.graph, &start, &end, DETOUR);
+        let guesses = self.routes(from, to, FEW_GUESSES, longest, search);
+        let straight = guesses
+            .iter()
+            .filter_map(|guess| correction::straighten(&self.surface, guess, solver));
+        let mut all: Vec<Taut<D, S::Place>> = straight.map(|straight| straight.taut).collect();
+        self.put_back(workspace);
+        all.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
+        for taut in all {
+            let longest = kept
+                .first()
+                .map_or(f64::INFINITY, |first| CLOSE * first.length());
+            let is_new = !kept.iter().any(|other| other.runs_with(&taut, SAME_LENGTH));
+            if is_new && taut.length() <= longest {
+                kept.push(taut);
+            }
+        }
+        kept
     }
 
     /// Up to `most` distinct geodesics, shortest first: one for each way round that was found, at
@@ -304,7 +323,6 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         solver: &mut Solver<D, S::Place>,
     ) -> Vec<Path<D>> {
         let shortest_only = !matches!(sought, Sought::Several(_));
-        let by_rays = sought != Sought::Guessed;
         let mut close = sought.close();
         let mut straight: Vec<Straight<D, S::Place>> = Vec::new();
         let mut rays = None;
@@ -316,10 +334,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 continue;
             };
             // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by little; rays do.
-            if by_rays
-                && rays.is_none()
-                && shortest::nearly_conjugate(&self.surface, guess, found.spread)
-            {
+            if rays.is_none() && shortest::nearly_conjugate(&self.surface, guess, found.spread) {
                 let known = found.taut.length();
                 let shot = shortest::by_rays(&self.surface, guess, known, settings, solver);
                 if shortest_only && shot.proves_shortest() {
@@ -409,6 +424,18 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let (start, end) = (self.entrances(from), self.entrances(to));
         let longest =
             detour * search.both_ways(&self.graph, self.landmarks(), &start, &end, detour);
+        self.routes(from, to, most, longest, search)
+    }
+
+    /// The distinct guesses by the distances from both ends, at most `longest` on the graph.
+    fn routes(
+        &self,
+        from: &Node<D, S::Place>,
+        to: &Node<D, S::Place>,
+        most: usize,
+        longest: f32,
+        search: &Search,
+    ) -> Vec<Vec<Node<D, S::Place>>> {
         let (forward, backward) = (&search.forward, &search.backward);
         let ways = Ways {
             graph: &self.graph,

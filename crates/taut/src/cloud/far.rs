@@ -56,12 +56,11 @@ fn home<const D: usize>(rows: &[(Vector<D>, u32)]) -> Vector<D> {
     let mut sizes: Vec<f64> = rows.iter().map(|row| row.0.amax()).collect();
     let few = (rows.len() / SMALLEST).min(rows.len() - 1);
     let small = *sizes.select_nth_unstable_by(few, f64::total_cmp).1;
-    let mut column: Vec<f64> = Vec::with_capacity(few + 1);
+    let smallest = rows.iter().filter(|row| row.0.amax() <= small);
+    let smallest: Vec<&Vector<D>> = smallest.map(|row| &row.0).collect();
+    let middle = smallest.len() / 2;
     Vector::from_fn(|axis, _| {
-        column.clear();
-        let smallest = rows.iter().filter(|row| row.0.amax() <= small);
-        column.extend(smallest.map(|row| row.0[axis]));
-        let middle = column.len() / 2;
+        let mut column: Vec<f64> = smallest.iter().map(|point| point[axis]).collect();
         *column.select_nth_unstable_by(middle, f64::total_cmp).1
     })
 }

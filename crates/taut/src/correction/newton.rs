@@ -114,6 +114,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             let mut accepted = None;
             for _ in 0..MOST_SHIFTS {
                 let index = self.factor(shift);
+                let mut moved = f64::INFINITY;
                 if shift == 0.0 {
                     level.index = index;
                 }
@@ -135,7 +136,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                             return Some(level);
                         }
                     }
-                    let moved = self.longest_step(k) / measure.length;
+                    moved = self.longest_step(k) / measure.length;
                     let trusted = shift::is_trusted(shift, moved);
                     let attempt = trusted.then(|| self.attempt(surface, curve, measure));
                     if let Some((trial, energy)) = attempt.flatten() {
@@ -150,7 +151,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                         break;
                     }
                 }
-                shift = shift::next_shift(shift, least_shift);
+                shift = shift::next_shift(shift, least_shift, moved);
             }
             level.steps += 1;
             let Some((trial, change)) = accepted else {

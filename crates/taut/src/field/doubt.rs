@@ -2,7 +2,6 @@
 //! jets there speak of is put to the proof by shooting, and the shortest geodesic that arrives is believed.
 
 use crate::Vector;
-use crate::correction;
 use crate::field::aim::{Gun, Hit};
 use crate::field::branches::{Branch, MOST_BRANCHES};
 use crate::field::evaluate::{Taken, Value};
@@ -12,7 +11,6 @@ use crate::field::piece::Piece;
 use crate::field::{Field, Fields};
 use crate::guess::Guide;
 use crate::parallel;
-use crate::result::Path;
 use crate::surface::{Geometry, Node};
 
 /// Distances with a larger relative error are doubtful.
@@ -93,33 +91,28 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         Gun::new(self.fields, piece, near, self.tolerance)
     }
 
-    /// The shortest path found from a source, pulled taut; `None` where it does not converge.
-    fn path(&self, source: u32, end: &Node<D, S::Place>) -> Option<Path<D>> {
-        let geodesics = self.fields.geodesics;
-        let mut start = geodesics.graph().nodes[self.nodes[source as usize]? as usize];
-        start.point = self.pieces[source as usize].frame.point;
-        let surface = geodesics.surface();
-        if !surface.find_place(&start.point, &mut start.place, &mut Geometry::new(D - 2)) {
-            return None;
-        }
-        let path = geodesics.guessed_path(&start, end, &correction::Settings::default());
-        (path.converged() && path.length > 0.0).then_some(path)
-    }
-
-    /// The geodesic to a place by the path pulled taut, where the graph's nodes lie `spacing` apart.
-    fn hit_by_path(
+    /// The geodesics to a place that guesses on the graph lead to, where its nodes lie `spacing` apart.
+    fn hits_by_guesses(
         &self,
         source: u32,
         end: &Node<D, S::Place>,
         spacing: f64,
-    ) -> Option<Hit<D, S::Place>> {
-        let path = self.path(source, end)?;
-        let ahead = self.pieces[source as usize]
-            .frame
-            .log(path.points.get(1)?, ON_SURFACE);
-        let angle = ahead[1].atan2(ahead[0]);
-        self.gun(source)?
-            .hit((angle, path.length), &end.point, spacing)
+    ) -> Vec<Hit<D, S::Place>> {
+        let geodesics = self.fields.geodesics;
+        let frame = &self.pieces[source as usize].frame;
+        let Some((gun, near)) = self.gun(source).zip(self.nodes[source as usize]) else {
+            return Vec::new();
+        };
+        let start = Node {
+            point: frame.point,
+            ..geodesics.graph().nodes[near as usize]
+        };
+        let paths = geodesics.rough_paths(&start, end);
+        let hits = paths.iter().filter_map(|path| {
+            let [ahead, left] = frame.log(&path.curve.nodes.get(1)?.point, ON_SURFACE);
+            gun.hit((left.atan2(ahead), path.length()), &end.point, spacing)
+        });
+        hits.collect()
     }
 
     /// What the jets at a node and beside it say of a point near it, shortest first; `None` beside a source, which is
@@ -167,7 +160,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
     }
 
     /// The geodesics to a place that claims speak of and that arrive, but for those longer than the shortest by more than a
-    /// slack; and that of the path pulled taut where a claim of a shorter way does not arrive, or the nodes around are torn.
+    /// slack; and those that guesses lead to where a claim of a shorter way does not arrive, or the nodes around are torn.
     fn proven(
         &self,
         claims: &[Claim],
@@ -197,10 +190,11 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let is_short = |claim: &&Claim| least - claim.distance > DOUBTFUL * least.abs();
         let untold = claims.first().filter(|first| is_torn || is_short(first));
         let is_focused = found.iter().any(|proven| proven.hit.is_focused());
-        if let Some(first) = untold.filter(|_| !is_focused)
-            && let Some(hit) = self.hit_by_path(first.ray.source, end, spacing)
-        {
-            add(&mut found, first.ray.source, hit, &end.point, spacing);
+        if let Some(first) = untold.filter(|_| !is_focused) {
+            let source = first.ray.source;
+            for hit in self.hits_by_guesses(source, end, spacing) {
+                add(&mut found, source, hit, &end.point, spacing);
+            }
         }
         found
     }

@@ -21,6 +21,15 @@ use crate::surface::atlas::Lists;
 /// surface's own error in spacings times this, and at most 1.
 const DOUBT: f64 = 30.0;
 
+/// What is said of a branch whose jet is not known as far as a neighbour.
+#[derive(Clone, Copy)]
+enum Unknown {
+    /// Nothing.
+    LeftOut,
+    /// That the way there is no longer than along the step.
+    AsLong,
+}
+
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field of some sources.
     pub(crate) fn by_rays(
@@ -66,7 +75,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let tolerance = self.tolerance(settings);
         if let Some(sight) = Sight::new(self, &pieces, &sources.nodes, tolerance) {
             sight.prove(&mut lists, |_, branch| doubt::is_scattered(branch));
-            let missed = self.disagreements(&pieces, &lists);
+            let missed = self.disagreements(&pieces, &lists, Unknown::LeftOut);
             sight.prove(&mut lists, |node, branch| {
                 missed[node as usize] > doubt::DOUBTFUL * branch.jet.distance
             });
@@ -200,7 +209,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     /// Adds what lies between nodes and the tolerance of rays to the errors.
     fn add_errors(&self, pieces: &[Piece<D>], lists: &mut [Vec<Branch>], tolerance: f64) {
-        let missed = self.disagreements(pieces, lists);
+        let missed = self.disagreements(pieces, lists, Unknown::AsLong);
         for (list, missed) in lists.iter_mut().zip(missed) {
             for branch in list {
                 branch.error += tolerance * branch.jet.distance.abs();
@@ -209,13 +218,26 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
     }
 
-    fn disagreements(&self, pieces: &[Piece<D>], lists: &[Vec<Branch>]) -> Vec<f64> {
-        parallel::map(lists.len(), |i| self.disagreement(pieces, lists, i as u32))
+    fn disagreements(
+        &self,
+        pieces: &[Piece<D>],
+        lists: &[Vec<Branch>],
+        unknown: Unknown,
+    ) -> Vec<f64> {
+        parallel::map(lists.len(), |i| {
+            self.disagreement(pieces, lists, i as u32, unknown)
+        })
     }
 
     /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
     /// wrong by in between.
-    fn disagreement(&self, pieces: &[Piece<D>], lists: &[Vec<Branch>], node: u32) -> f64 {
+    fn disagreement(
+        &self,
+        pieces: &[Piece<D>],
+        lists: &[Vec<Branch>],
+        node: u32,
+        unknown: Unknown,
+    ) -> f64 {
         let Some(frame) = &self.frames[node as usize] else {
             return 0.0;
         };
@@ -228,8 +250,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                     return Some(piece.start + piece.way(&other.point, ON_SURFACE).length);
                 }
                 let gauss = 0.5 * (frame.gauss + other.gauss);
-                let carried = branch.jet.distance_at(v, gauss);
-                let carried = carried.map_or(branch.jet.distance + norm(v), |carried| carried.0);
+                let carried = match (branch.jet.distance_at(v, gauss), unknown) {
+                    (Some((distance, _)), _) => distance,
+                    (None, Unknown::LeftOut) => return None,
+                    (None, Unknown::AsLong) => branch.jet.distance + norm(v),
+                };
                 // Rays of other kinds, and from the other side of a curve, are not meant.
                 let most = branches::BEYOND * self.spacing[node as usize];
                 let is_known = branch.jet.beyond_at(v, gauss) <= most

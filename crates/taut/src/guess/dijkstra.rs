@@ -134,6 +134,8 @@ pub(crate) struct Search {
     pub forward: Distances,
     /// From the end.
     pub backward: Distances,
+    /// The start from which `forward` knows the distances of all nodes; empty where it does not.
+    whole_from: Vec<(u32, f32)>,
 }
 
 impl Search {
@@ -141,6 +143,7 @@ impl Search {
         Self {
             forward: Distances::new(graph),
             backward: Distances::new(graph),
+            whole_from: Vec::new(),
         }
     }
 
@@ -155,7 +158,7 @@ impl Search {
         detour: f32,
     ) -> f32 {
         self.forward.clear();
-        self.backward.clear();
+        self.whole_from.clear();
         let goal = landmarks.goal(end);
         let mut shortest = f32::INFINITY;
         let left = |node| Goal::bound(&goal, node);
@@ -165,13 +168,44 @@ impl Search {
             }
             shortest * detour
         });
-        if shortest.is_finite() {
-            let forward = &self.forward;
-            let left = |node| forward.distance(node);
-            self.backward
-                .search(graph, end, left, |_, _| shortest * detour);
-        }
+        self.back(graph, end, shortest, shortest * detour);
         shortest
+    }
+
+    /// As [`both_ways`](Self::both_ways), by the distances of all nodes from the start, which are kept for other ends: for one
+    /// start and many ends where no landmarks are known.
+    pub fn from_one<const D: usize, P: Copy>(
+        &mut self,
+        graph: &Graph<D, P>,
+        start: &[(u32, f32)],
+        end: &[(u32, f32)],
+        detour: f32,
+    ) -> f32 {
+        if self.whole_from != start {
+            self.forward.clear();
+            let everywhere = |_, _| f32::INFINITY;
+            self.forward.search(graph, start, |_| 0.0, everywhere);
+            self.whole_from = start.to_vec();
+        }
+        let through = |exit: &(u32, f32)| self.forward.distance(exit.0) + exit.1;
+        let shortest = end.iter().map(through).fold(f32::INFINITY, f32::min);
+        self.back(graph, end, shortest, shortest * detour);
+        shortest
+    }
+
+    /// Distances from the end of all nodes on routes at most `longest`.
+    fn back<const D: usize, P: Copy>(
+        &mut self,
+        graph: &Graph<D, P>,
+        end: &[(u32, f32)],
+        shortest: f32,
+        longest: f32,
+    ) {
+        self.backward.clear();
+        if shortest.is_finite() {
+            let left = |node| self.forward.distance(node);
+            self.backward.search(graph, end, left, |_, _| longest);
+        }
     }
 }
 
@@ -220,13 +254,19 @@ mod tests {
         });
         let mut search = Search::new(&graph);
         for detour in [1.1, 10.0, 1.0] {
-            let shortest = search.both_ways(&graph, &landmarks, &ends[0], &ends[1], detour);
-            assert!((shortest - truth - 0.5).abs() < 1e-4);
-            for v in 0..graph.nodes.len() as u32 {
-                let (there, back) = (all[0].distance(v), all[1].distance(v));
-                if there + back <= detour * shortest * (1.0 - 1e-5) {
-                    assert!((search.forward.distance(v) - there).abs() < 1e-4);
-                    assert!((search.backward.distance(v) - back).abs() < 1e-4);
+            for from_one in [true, false] {
+                let shortest = if from_one {
+                    search.from_one(&graph, &ends[0], &ends[1], detour)
+                } else {
+                    search.both_ways(&graph, &landmarks, &ends[0], &ends[1], detour)
+                };
+                assert!((shortest - truth - 0.5).abs() < 1e-4);
+                for v in 0..graph.nodes.len() as u32 {
+                    let (there, back) = (all[0].distance(v), all[1].distance(v));
+                    if there + back <= detour * shortest * (1.0 - 1e-5) {
+                        assert!((search.forward.distance(v) - there).abs() < 1e-4);
+                        assert!((search.backward.distance(v) - back).abs() < 1e-4);
+                    }
                 }
             }
         }

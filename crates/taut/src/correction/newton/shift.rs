@@ -43,9 +43,12 @@ pub(super) fn left_by_regularised(change: f64, shift: f64, negative: bool) -> f6
     change + TRUSTED * (2.0 * change * shift).sqrt() + bend
 }
 
-/// The shift to try after one that was of no use.
-pub(super) fn next_shift(shift: f64, least: f64) -> f64 {
-    if shift == 0.0 {
+/// The shift to try after one that was of no use, where the step without any moves a node by a share `moved` of the length at
+/// most. Small shifts hardly change a step that stays where the expansion holds.
+pub(super) fn next_shift(shift: f64, least: f64, moved: f64) -> f64 {
+    if shift == 0.0 && moved <= TRUSTED {
+        FLOW_SHIFT
+    } else if shift == 0.0 {
         least
     } else if shift < FLOW_SHIFT {
         (SHIFT_GROWTH * shift).max(FIRST_SHIFT)

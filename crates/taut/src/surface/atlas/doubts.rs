@@ -91,41 +91,44 @@ impl<const D: usize> Atlas<D> {
     fn near_sheet(&self) -> Option<Doubt> {
         let step = self.charts.len().div_ceil(LOOKED_AT).max(1);
         let looked_at = self.charts.len().div_ceil(step);
-        let others = parallel::map(looked_at, |i| self.other_sheet((i * step) as u32));
-        let others = sorted(others.into_iter().flatten());
-        // One chart that sees another may be an accident.
-        let spacings = *others.get(others.len().min(looked_at / 50).max(1))?;
         let noises = self.charts.iter().step_by(step);
         let noises = sorted(noises.map(|c| c.residual / c.spacing));
         let noise = *noises.get(noises.len() / 2)?;
-        (spacings < NEAR_SHEET + DEVIATIONS * noise).then_some(Doubt::NearSheet { spacings, noise })
+        let near = NEAR_SHEET + DEVIATIONS * noise;
+        let others = parallel::map(looked_at, |i| self.other_sheet((i * step) as u32, near));
+        let others = sorted(others.into_iter().flatten());
+        // One chart that sees another may be an accident.
+        let spacings = *others.get((looked_at / 50).max(1))?;
+        (spacings < near).then_some(Doubt::NearSheet { spacings, noise })
     }
 
     /// The number of directions in which neighbours spread, where it is not that of the surface.
     fn suggested_dimension(&self) -> Option<usize> {
         let k = self.monomials.variables;
         let usual = usual_points(&self.monomials);
-        let small = self.spreads(usual / 3);
-        let [same, twice, more] = [1, 2, 4].map(|factor| self.spreads(factor * usual));
-        let same = same?;
+        let same = self.spreads(usual)?;
+        let wider = |factor: usize| self.spreads(factor * usual);
         if k >= 2 {
             let flat = |spreads: &[f64; D], most: f64| spreads[k - 1] < most * spreads[k - 2];
-            let wider = twice.as_ref().unwrap_or(&same);
-            if flat(&same, FLAT[0]) && flat(wider, FLAT[1]) {
+            if flat(&same, FLAT[0]) && flat(&wider(2).unwrap_or(same), FLAT[1]) {
                 let along = same.iter().take_while(|spread| **spread > FLAT[1]).count();
                 return Some(along.clamp(1, k - 1));
             }
         }
-        let all: Vec<[f64; D]> = [small, Some(same), twice, more]
-            .into_iter()
-            .flatten()
-            .collect();
-        let thick = |i: usize| {
-            all.iter()
-                .all(|spreads| spreads[i] > THICK * spreads[i - 1])
+        let across = |spreads: &[f64; D]| {
+            let thick = |i: &usize| spreads[*i] > THICK * spreads[i - 1];
+            (k..D).take_while(thick).count()
         };
-        let across = (k..D).take_while(|i| thick(*i)).count();
-        (across > 0).then_some(k + across)
+        // Most surfaces are thin at the first scale already, and the others need not be looked at.
+        let mut least = across(&same);
+        for neighbours in [usual / 3, 2 * usual, 4 * usual] {
+            if least > 0
+                && let Some(spreads) = self.spreads(neighbours)
+            {
+                least = least.min(across(&spreads));
+            }
+        }
+        (least > 0).then_some(k + least)
     }
 
     /// How far so many neighbours spread along their principal directions, in terms of the first and largest first: the

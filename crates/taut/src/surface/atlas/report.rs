@@ -34,7 +34,7 @@ pub struct Report {
 }
 
 /// Spacings up to which another sheet is looked for.
-const LOOK: u32 = 8;
+const LOOK: f64 = 8.0;
 
 impl<const D: usize> Atlas<D> {
     /// Facts about the cloud. O(n log n).
@@ -46,7 +46,7 @@ impl<const D: usize> Atlas<D> {
         for chart in &self.charts {
             degrees[usize::from(chart.degree) - 1] += 1;
         }
-        let others = parallel::map(self.charts.len(), |i| self.other_sheet(i as u32));
+        let others = parallel::map(self.charts.len(), |i| self.other_sheet(i as u32, LOOK));
         let others = sorted(others.into_iter().flatten());
         Report {
             intrinsic_dimension: self.monomials.variables,
@@ -63,14 +63,16 @@ impl<const D: usize> Atlas<D> {
     }
 
     /// Distance in spacings from a chart's origin to the first point above or below it that belongs to
-    /// another sheet, looked for along the normals.
-    pub(super) fn other_sheet(&self, i: u32) -> Option<f64> {
+    /// another sheet, looked for along the normals up to `most` spacings.
+    pub(super) fn other_sheet(&self, i: u32, most: f64) -> Option<f64> {
         let chart = &self.charts[i as usize];
         let m = D - self.monomials.variables;
         let same_sheet = self.neighbours.of(i);
         let mut found: Vec<Neighbour> = Vec::new();
         let mut least: Option<f64> = None;
-        for (step, normal) in (1..=LOOK).flat_map(|step| (0..m).map(move |a| (step, a))) {
+        for (step, normal) in
+            (1..=most.ceil() as u32).flat_map(|step| (0..m).map(move |a| (step, a)))
+        {
             for side in [-1.0, 1.0] {
                 let height = side * f64::from(step) * chart.spacing;
                 let x = chart.origin + chart.frame.column(normal) * height;
