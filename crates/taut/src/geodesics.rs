@@ -162,7 +162,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let mut workspace = self.take_workspace();
         let Workspace { search, solver } = &mut workspace;
         let (start, end) = (self.entrances(from), self.entrances(to));
-        let longest = DETOUR * search.from_one(&self.graph, &start, &end, DETOUR);
+        let longest = DETOUR * search.one_to_many(&self.graph, &start, &end, DETOUR);
         let guesses = self.routes(from, to, FEW_GUESSES, longest, search);
         let straight = guesses
             .iter()

@@ -174,7 +174,7 @@ impl Search {
 
     /// As [`both_ways`](Self::both_ways), by the distances of all nodes from the start, which are kept for other ends: for one
     /// start and many ends where no landmarks are known.
-    pub fn from_one<const D: usize, P: Copy>(
+    pub fn one_to_many<const D: usize, P: Copy>(
         &mut self,
         graph: &Graph<D, P>,
         start: &[(u32, f32)],
@@ -254,9 +254,9 @@ mod tests {
         });
         let mut search = Search::new(&graph);
         for detour in [1.1, 10.0, 1.0] {
-            for from_one in [true, false] {
-                let shortest = if from_one {
-                    search.from_one(&graph, &ends[0], &ends[1], detour)
+            for to_many in [true, false] {
+                let shortest = if to_many {
+                    search.one_to_many(&graph, &ends[0], &ends[1], detour)
                 } else {
                     search.both_ways(&graph, &landmarks, &ends[0], &ends[1], detour)
                 };
