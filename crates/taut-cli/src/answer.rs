@@ -1,7 +1,7 @@
 //! What a query found, its dimension forgotten: numbers in the units and coordinates of the input.
 
-use taut::Vector;
-use taut::result::{Path, Status};
+use taut_core::Vector;
+use taut_core::result::{Path, Status};
 
 use crate::exit::Exit;
 use crate::settings::End;

@@ -3,9 +3,9 @@
 use std::io::Write;
 
 use serde::Serialize;
-use taut::surface::atlas::Atlas;
-use taut::surface::atlas::doubts::Doubt;
-use taut::surface::atlas::report::Report;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::atlas::doubts::Doubt;
+use taut_core::surface::atlas::report::Report;
 use taut_io::PointSet;
 
 use crate::answer::coordinates;
@@ -56,7 +56,7 @@ pub struct PointFacts {
     pub points_between_rows: usize,
 }
 
-/// What a surface of charts is like, as in [`taut::surface::atlas::report::Report`].
+/// What a surface of charts is like, as in [`taut_core::surface::atlas::report::Report`].
 #[derive(Serialize)]
 pub struct ChartFacts {
     pub charts: usize,

@@ -1,13 +1,13 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
-use taut::Vector;
-use taut::cloud::Cloud;
-use taut::error::Error;
-use taut::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
-use taut::surface::mls::MovingLeastSquares;
-use taut::surface::{Node, Surface};
+use taut_core::Vector;
+use taut_core::cloud::Cloud;
+use taut_core::error::Error;
+use taut_core::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::mls::MovingLeastSquares;
+use taut_core::surface::{Node, Surface};
 use taut_io::PointSet;
 
 use crate::answer::padded;

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use taut::correction;
+use taut_core::correction;
 use taut_io::PointSet;
 
 use crate::answer::{Answer, FoundPath};

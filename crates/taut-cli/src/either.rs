@@ -1,9 +1,9 @@
 //! A surface of either kind, so that what spreads over all of them is compiled once for each dimension.
 
-use taut::Vector;
-use taut::surface::atlas::{Atlas, ChartIndex};
-use taut::surface::implicit::ImplicitSurface;
-use taut::surface::{Geometry, Surface};
+use taut_core::Vector;
+use taut_core::surface::atlas::{Atlas, ChartIndex};
+use taut_core::surface::implicit::ImplicitSurface;
+use taut_core::surface::{Geometry, Surface};
 
 use crate::equations::System;
 

@@ -1,12 +1,12 @@
 //! Surfaces F(x) = 0 made ready: written equations and named shapes.
 
-use taut::error::Error;
-use taut::geodesics::Geodesics;
-use taut::guess::sampling::{Extent, Sampled};
-use taut::surface::implicit::{Equations, ImplicitSurface};
-use taut::surface::shapes::Shape;
-use taut::surface::{Geometry, Node, Surface};
-use taut::{Matrix, Vector, parallel};
+use taut_core::error::Error;
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::sampling::{Extent, Sampled};
+use taut_core::surface::implicit::{Equations, ImplicitSurface};
+use taut_core::surface::shapes::Shape;
+use taut_core::surface::{Geometry, Node, Surface};
+use taut_core::{Matrix, Vector, parallel};
 use taut_formula::Formula;
 
 use crate::answer::{coordinates, padded};

@@ -75,7 +75,7 @@ pub enum Failure {
     #[error("{surface}: {error}")]
     Surface {
         surface: String,
-        error: taut::error::Error,
+        error: taut_core::error::Error,
     },
     /// A surface on which what was asked for is not known.
     #[error("{surface}: {reason}")]

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
-use taut::field::{Fields, Shot};
-use taut::surface::Geometry;
-use taut::{Vector, parallel};
+use taut_core::field::{Fields, Shot};
+use taut_core::surface::Geometry;
+use taut_core::{Vector, parallel};
 use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
 use crate::answer::{FoundPath, Outcome, coordinates, flat, padded};
@@ -145,7 +145,7 @@ impl Answer {
         intrinsic: usize,
     ) -> Self {
         let points = flat(&shot.points, centre, dimension);
-        let tangents = |matrix: &taut::Matrix<D>| {
+        let tangents = |matrix: &taut_core::Matrix<D>| {
             let columns = (0..intrinsic).map(|j| matrix.column(j).into_owned());
             columns.map(|t| coordinates(&t, dimension)).collect()
         };
@@ -188,7 +188,7 @@ impl Answer {
     /// For a picture; its length is what was asked for and has no error.
     fn drawn(&self) -> FoundPath {
         FoundPath {
-            outcome: Outcome::Asked(taut::result::Status::Converged),
+            outcome: Outcome::Asked(taut_core::result::Status::Converged),
             length: Some(self.length),
             length_error: Some(0.0),
             surface_error: Some(0.0),

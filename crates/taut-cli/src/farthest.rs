@@ -3,8 +3,8 @@
 use std::io;
 
 use serde::Serialize;
-use taut::field;
-use taut::geodesics::Geodesics;
+use taut_core::field;
+use taut_core::geodesics::Geodesics;
 use taut_io::PointSet;
 
 use crate::answer::flat;

@@ -7,9 +7,9 @@ mod write;
 
 use std::path::Path;
 
-use taut::Vector;
-use taut::error::Error;
-use taut::field::{Cost, Field, Fields, Sources};
+use taut_core::Vector;
+use taut_core::error::Error;
+use taut_core::field::{Cost, Field, Fields, Sources};
 use taut_io::Content;
 
 use crate::answer::coordinates;

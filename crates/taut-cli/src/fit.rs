@@ -3,8 +3,8 @@
 use std::io::Write;
 
 use serde::Serialize;
-use taut::cloud::Cloud;
-use taut::surface::atlas::{Atlas, Fit, FitSettings};
+use taut_core::cloud::Cloud;
+use taut_core::surface::atlas::{Atlas, Fit, FitSettings};
 use taut_io::PointSet;
 
 use crate::clouds;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use taut::field::Slope;
-use taut::surface::shapes::Shape;
+use taut_core::field::Slope;
+use taut_core::surface::shapes::Shape;
 use taut_io::Format;
 
 use crate::exit::Exit;

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
-use taut::Vector;
-use taut::field::{Field, Fields, Logarithm};
+use taut_core::Vector;
+use taut_core::field::{Field, Fields, Logarithm};
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::answer::coordinates;
@@ -97,7 +97,7 @@ impl Question for Vectors<'_> {
             ));
         }
         let refused = |error| match error {
-            taut::error::Error::NoDirections => unfit(
+            taut_core::error::Error::NoDirections => unfit(
                 ready.name,
                 "found a rough surface, expected one on which directions are known; taut field finds the distances alone, taut fit puts a smooth surface through the points",
             ),

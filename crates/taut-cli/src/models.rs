@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::{Atlas, Header, Model};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::{Atlas, Header, Model};
 use taut_io::{read_json_lines, write_json_lines};
 
 use crate::answer::coordinates;
@@ -76,7 +76,7 @@ pub fn read(file: &Path, progress: &Progress) -> Result<FileModel, Failure> {
     let name = file.display().to_string();
     let refused = |found: String, expected: String| Failure::Surface {
         surface: name.clone(),
-        error: taut::error::Error::BadModel {
+        error: taut_core::error::Error::BadModel {
             chart: None,
             found,
             expected,
@@ -116,7 +116,7 @@ impl FileModel {
     pub fn atlas<const D: usize>(&self) -> Result<Atlas<D>, Failure> {
         Atlas::from_model(&self.model).map_err(|error| Failure::Surface {
             surface: match &error {
-                taut::error::Error::BadModel { chart, .. } => {
+                taut_core::error::Error::BadModel { chart, .. } => {
                     format!("{}, line {}", self.name, self.line(*chart))
                 }
                 _ => self.name.clone(),

@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, StdoutLock, Write};
 
 use serde::Serialize;
 
-use taut::result::Status;
+use taut_core::result::Status;
 use taut_io::Column;
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome};
@@ -385,7 +385,11 @@ mod tests {
             let path = FoundPath {
                 length_error,
                 surface_error,
-                ..FoundPath::new(&taut::result::Path::<3>::none(), &taut::Vector::zeros(), 3)
+                ..FoundPath::new(
+                    &taut_core::result::Path::<3>::none(),
+                    &taut_core::Vector::zeros(),
+                    3,
+                )
             };
             with_errors(2.0 / 3.0, &path)
         };

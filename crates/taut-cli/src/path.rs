@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use taut::parallel;
+use taut_core::parallel;
 use taut_io::{Content, Pairs, Polyline, write_polylines};
 
 use crate::answer::{Answer, FoundPath};

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use taut::field::Source;
-use taut::geodesics::Geodesics;
-use taut::guess::Guide;
-use taut::surface::Node;
+use taut_core::field::Source;
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::Guide;
+use taut_core::surface::Node;
 use taut_io::PointSet;
 
 use crate::answer::{coordinates, outlying};
@@ -155,7 +155,7 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         self.points?.rows_kept.as_deref()
     }
 
-    pub fn refused(&self, error: taut::error::Error) -> Failure {
+    pub fn refused(&self, error: taut_core::error::Error) -> Failure {
         Failure::Surface {
             surface: self.name.to_owned(),
             error,

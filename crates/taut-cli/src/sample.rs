@@ -3,12 +3,12 @@
 use std::io::Write;
 
 use serde::Serialize;
-use taut::Vector;
-use taut::geodesics::Geodesics;
-use taut::guess::particles::{self, Quality, Region, Sampling};
-use taut::surface::atlas::{Atlas, ChartIndex};
-use taut::surface::implicit::{Equations, ImplicitSurface};
-use taut::surface::{Geometry, Node, Surface};
+use taut_core::Vector;
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::particles::{self, Quality, Region, Sampling};
+use taut_core::surface::atlas::{Atlas, ChartIndex};
+use taut_core::surface::implicit::{Equations, ImplicitSurface};
+use taut_core::surface::{Geometry, Node, Surface};
 use taut_io::{Content, PointSet};
 
 use crate::answer::{flat, padded};
@@ -160,7 +160,7 @@ fn of_equations<const D: usize>(
     if codimension >= D {
         return Err(Failure::Surface {
             surface: law.law.to_string(),
-            error: taut::error::Error::NoDimensionLeft {
+            error: taut_core::error::Error::NoDimensionLeft {
                 equations: codimension,
                 dimension: D,
             },

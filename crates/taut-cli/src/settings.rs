@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::ValueEnum;
-use taut::correction;
-use taut::guess::particles::Spread;
-use taut::surface::shapes::Shape;
+use taut_core::correction;
+use taut_core::guess::particles::Spread;
+use taut_core::surface::shapes::Shape;
 use taut_formula::Formula;
 use taut_io::ReadOptions;
 

@@ -1,13 +1,13 @@
 //! From settings to a surface ready for queries: the one place where the dimension becomes a type.
 
-use taut::correction;
-use taut::error::Error;
-use taut::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
-use taut::geodesics::Geodesics;
-use taut::guess::Guide;
-use taut::result::Path;
-use taut::surface::{Geometry, Node, Surface};
-use taut::{Vector, parallel};
+use taut_core::correction;
+use taut_core::error::Error;
+use taut_core::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::Guide;
+use taut_core::result::Path;
+use taut_core::surface::{Geometry, Node, Surface};
+use taut_core::{Vector, parallel};
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place, coordinates, flat};
 use crate::clouds;

@@ -3,14 +3,14 @@
 use divan::Bencher;
 use std::sync::LazyLock;
 
-use taut::cloud::Cloud;
-use taut::correction;
-use taut::field::{Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
-use taut::surface::{Geometry, Surface};
 use taut_compare::generate;
 use taut_compare::surface::Torus;
+use taut_core::cloud::Cloud;
+use taut_core::correction;
+use taut_core::field::{Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::{Geometry, Surface};
 
 const POINTS: usize = 10_000;
 

@@ -1,7 +1,7 @@
 //! Errors of logarithms and of parallel transport against known geodesics in R^3.
 
 use nalgebra::Vector3;
-use taut::field::Logarithm;
+use taut_core::field::Logarithm;
 
 /// A geodesic from a source.
 #[derive(Clone, Copy, Debug)]

@@ -1,12 +1,12 @@
 //! Fields of least cost and fields in other dimensions than 2 against known truth.
 
-use taut::cloud::Cloud;
-use taut::error::Error;
-use taut::field::{Cost, Fields, Settings, Slope, Source, Value};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::cost::{Norm, linear_speed, refraction, wall_with_gap};
 use taut_compare::{closed_form, generate};
+use taut_core::cloud::Cloud;
+use taut_core::error::Error;
+use taut_core::field::{Cost, Fields, Settings, Slope, Source, Value};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 const POINTS: usize = 5_000;
 

@@ -2,15 +2,15 @@
 
 use std::f64::consts::{PI, TAU};
 
-use taut::cloud::Cloud;
-use taut::error::Error;
-use taut::field::{Cost, Curve, Fields, Settings, Value, least};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::{Atlas, ChartIndex};
-use taut::surface::implicit::{Equation, ImplicitSurface};
-use taut::{Matrix, Vector};
 use taut_compare::outline::Outline;
 use taut_compare::{closed_form, generate};
+use taut_core::cloud::Cloud;
+use taut_core::error::Error;
+use taut_core::field::{Cost, Curve, Fields, Settings, Value, least};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::{Atlas, ChartIndex};
+use taut_core::surface::implicit::{Equation, ImplicitSurface};
+use taut_core::{Matrix, Vector};
 
 fn geodesics(points: &[[f64; 3]]) -> Geodesics<3, Atlas<3>> {
     let cloud = Cloud::<3>::new(points.as_flattened(), 3).expect("a cloud");

@@ -3,15 +3,15 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{SVector, Vector3};
-use taut::cloud::Cloud;
-use taut::error::Error;
-use taut::field::{Cost, Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::direction::{Geodesic, errors};
 use taut_compare::generate;
 use taut_compare::shooting::{Fan, shoot};
 use taut_compare::surface::{Surface, Torus};
+use taut_core::cloud::Cloud;
+use taut_core::error::Error;
+use taut_core::field::{Cost, Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 const TORUS: Torus = Torus {
     major: 1.0,

@@ -2,18 +2,18 @@
 
 use std::f64::consts::PI;
 
-use taut::cloud::Cloud;
-use taut::correction;
-use taut::field::{Field, Fields, Settings, Source, Value};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
-use taut::surface::implicit::{Equation, ImplicitSurface};
-use taut::{Matrix, Vector};
 use taut_compare::cases::Case;
 use taut_compare::outline::Outline;
 use taut_compare::shooting::Fan;
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate};
+use taut_core::cloud::Cloud;
+use taut_core::correction;
+use taut_core::field::{Field, Fields, Settings, Source, Value};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::implicit::{Equation, ImplicitSurface};
+use taut_core::{Matrix, Vector};
 
 fn geodesics(points: &[[f64; 3]]) -> Geodesics<3, Atlas<3>> {
     let cloud = Cloud::<3>::new(points.as_flattened(), 3).expect("a cloud");

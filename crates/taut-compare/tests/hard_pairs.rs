@@ -4,20 +4,20 @@
 use std::f64::consts::PI;
 
 use geographiclib_rs::{Geodesic, InverseGeodesic};
-use taut::correction::Settings;
-use taut::geodesics::Geodesics;
-use taut::result::Path;
-use taut::surface::atlas::Atlas;
-use taut::surface::implicit::ImplicitSurface;
-use taut::{Vector, cloud::Cloud};
 use taut_compare::surface::{Ellipsoid, Torus};
 use taut_compare::{closed_form, generate, shooting};
+use taut_core::correction::Settings;
+use taut_core::geodesics::Geodesics;
+use taut_core::result::Path;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::implicit::ImplicitSurface;
+use taut_core::{Vector, cloud::Cloud};
 use taut_formula::Formula;
 
 const SETTINGS: Settings = Settings {
     tolerance: 1e-9,
     most_nodes: 1024,
-    scheme: taut::correction::Scheme::Newton,
+    scheme: taut_core::correction::Scheme::Newton,
     prove_shortest: false,
 };
 
@@ -33,7 +33,7 @@ fn paths<const D: usize>(
     let surface = ImplicitSurface::new(formula, size);
     let geodesics = Geodesics::of_implicit(surface, &seeds, None).expect("a surface");
     let near = |point: &Vector<D>| geodesics.surface().node_near(point).expect("a foot").0;
-    taut::parallel::map(pairs.len(), |i| {
+    taut_core::parallel::map(pairs.len(), |i| {
         geodesics.path(&near(&pairs[i][0]), &near(&pairs[i][1]), settings)
     })
 }

@@ -1,15 +1,15 @@
 //! Surfaces given by equations: layers near each other, extents, many dimensions, and what stays unknown.
 
-use taut::Vector;
-use taut::correction::Settings;
-use taut::field::{Fields, Source};
-use taut::geodesics::Geodesics;
-use taut::guess::sampling::{Extent, Sampled};
-use taut::result::{Path, Status};
-use taut::surface::implicit::{Equations, ImplicitSurface};
-use taut::surface::shapes::Shape;
 use taut_compare::generate::{self, Roll};
 use taut_compare::{closed_form, generate::Sample};
+use taut_core::Vector;
+use taut_core::correction::Settings;
+use taut_core::field::{Fields, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::sampling::{Extent, Sampled};
+use taut_core::result::{Path, Status};
+use taut_core::surface::implicit::{Equations, ImplicitSurface};
+use taut_core::surface::shapes::Shape;
 use taut_formula::Formula;
 
 type Ready<const D: usize, E> = Geodesics<D, Sampled<D, E>>;
@@ -175,7 +175,7 @@ fn surfaces_without_end_are_said_to_be() {
         node: node(1.0, 0.0),
         start: 0.0,
     };
-    let settings = taut::field::Settings {
+    let settings = taut_core::field::Settings {
         max_distance: 2.0,
         ..Default::default()
     };

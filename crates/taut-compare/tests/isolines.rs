@@ -2,14 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use taut::Vector;
-use taut::cloud::Cloud;
-use taut::error::Error;
-use taut::field::{Cost, Fields, Isoline, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate};
+use taut_core::Vector;
+use taut_core::cloud::Cloud;
+use taut_core::error::Error;
+use taut_core::field::{Cost, Fields, Isoline, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 fn geodesics(points: &[[f64; 3]]) -> Geodesics<3, Atlas<3>> {
     let cloud = Cloud::<3>::new(points.as_flattened(), 3).expect("a cloud");

@@ -3,8 +3,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use taut::surface::implicit::Equations;
-use taut::{Matrix, Vector};
+use taut_core::surface::implicit::Equations;
+use taut_core::{Matrix, Vector};
 use taut_formula::{Formula, FormulaError};
 
 const POINTS: usize = 1000;

@@ -5,8 +5,8 @@
 //! are expressions too, found when the text is read, not differences.
 //!
 //! ```
-//! use taut::surface::implicit::Equations;
-//! use taut::{Matrix, Vector};
+//! use taut_core::surface::implicit::Equations;
+//! use taut_core::{Matrix, Vector};
 //! use taut_formula::Formula;
 //!
 //! let torus = Formula::parse(&["(sqrt(x^2 + y^2) - 1)^2 + z^2 = 0.16"], None)?;
@@ -53,8 +53,8 @@ mod operation;
 mod parse;
 mod tape;
 
-use taut::surface::implicit::Equations;
-use taut::{Matrix, Vector};
+use taut_core::surface::implicit::Equations;
+use taut_core::{Matrix, Vector};
 
 pub use crate::error::{ErrorKind, FormulaError};
 use crate::graph::{Graph, Id};

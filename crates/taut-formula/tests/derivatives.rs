@@ -4,7 +4,7 @@ mod oracle;
 
 use num_dual::DualNum;
 use oracle::{Answer, Dual, evaluate, variables};
-use taut::Vector;
+use taut_core::Vector;
 use taut_formula::Formula;
 
 /// Compares with `truth` at `x`, relative to the largest entry of each derivative.

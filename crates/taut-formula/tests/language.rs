@@ -1,8 +1,8 @@
 //! What a text means, and what is wrong with it, to the byte.
 
 use proptest::prelude::*;
-use taut::Vector;
-use taut::surface::implicit::Equations;
+use taut_core::Vector;
+use taut_core::surface::implicit::Equations;
 use taut_formula::{ErrorKind, Formula, FormulaError, MAXIMUM_DEPTH, MAXIMUM_LENGTH};
 
 /// The value of `text` at (0.5, 3, -2).

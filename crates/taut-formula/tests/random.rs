@@ -7,7 +7,7 @@ use num_dual::{Derivative, DualNum};
 use oracle::{Answer, Dual, evaluate, variables};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut::Vector;
+use taut_core::Vector;
 use taut_formula::{ErrorKind, Formula};
 
 #[derive(Debug, Clone)]

@@ -5,8 +5,8 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use taut::cloud::Cloud;
-use taut::surface::atlas::{Atlas, FitSettings};
+use taut_core::cloud::Cloud;
+use taut_core::surface::atlas::{Atlas, FitSettings};
 use taut_io::{Polyline, write_polylines};
 
 fn main() {

@@ -1,11 +1,11 @@
 //! Tiny clouds, 3 to 60 points of any kind, through everything: an answer or a refusal, and no answer without a number.
 
-use taut::cloud::Cloud;
-use taut::correction::Settings;
-use taut::field::{self, Cost, Fields, Slope, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::Node;
-use taut::surface::atlas::{Atlas, ChartIndex, FitSettings};
+use taut_core::cloud::Cloud;
+use taut_core::correction::Settings;
+use taut_core::field::{self, Cost, Fields, Slope, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::Node;
+use taut_core::surface::atlas::{Atlas, ChartIndex, FitSettings};
 
 use crate::Bytes;
 

@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use taut::cloud::Cloud;
-use taut::surface::atlas::{Atlas, FitSettings, Model, ModelChart};
+use taut_core::cloud::Cloud;
+use taut_core::surface::atlas::{Atlas, FitSettings, Model, ModelChart};
 
 use crate::Bytes;
 use crate::models::through;

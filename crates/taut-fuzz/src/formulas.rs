@@ -1,7 +1,7 @@
 //! Equations are refused with the bytes at fault, or evaluate to the same numbers by every way.
 
-use taut::surface::implicit::Equations;
-use taut::{Matrix, Vector};
+use taut_core::surface::implicit::Equations;
+use taut_core::{Matrix, Vector};
 use taut_formula::Formula;
 
 /// Each line is an equation.

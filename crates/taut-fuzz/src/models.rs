@@ -1,8 +1,8 @@
 //! Files of fitted models are refused, or carry paths and fields.
 
 use serde::Deserialize;
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::{Atlas, Header, Model, ModelChart};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::{Atlas, Header, Model, ModelChart};
 use taut_io::read_json_lines;
 
 use crate::clouds::{check_field, check_path};

@@ -1,8 +1,8 @@
 //! Distances at points, their dimension forgotten.
 
 use serde::Serialize;
-use taut::Vector;
-use taut::field::{Value, least};
+use taut_core::Vector;
+use taut_core::field::{Value, least};
 
 use crate::answer::coordinates;
 use crate::field::isolines::Line;

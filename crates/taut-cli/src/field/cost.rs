@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use taut::field::Cost;
+use taut_core::field::Cost;
 use taut_io::{PointSet, ReadError, read_numbers};
 
 use crate::exit::Failure;

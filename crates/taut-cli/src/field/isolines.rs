@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use taut::error::Error;
-use taut::field::{Field, Fields, Isoline};
-use taut::guess::Guide;
-use taut::{Vector, parallel};
+use taut_core::error::Error;
+use taut_core::field::{Field, Fields, Isoline};
+use taut_core::guess::Guide;
+use taut_core::{Vector, parallel};
 use taut_io::{Polyline, write_polylines};
 
 use crate::answer::flat;

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use taut::correction;
-use taut::geodesics::{Geodesics, Origin};
-use taut::guess::Guide;
-use taut::parallel;
-use taut::surface::Node;
+use taut_core::correction;
+use taut_core::geodesics::{Geodesics, Origin};
+use taut_core::guess::Guide;
+use taut_core::parallel;
+use taut_core::surface::Node;
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;

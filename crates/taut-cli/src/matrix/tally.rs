@@ -1,7 +1,7 @@
 //! How the pairs of a table came out.
 
 use serde::{Deserialize, Serialize};
-use taut::result::Status;
+use taut_core::result::Status;
 
 use crate::answer::{FoundPath, Outcome};
 use crate::exit::Exit;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use taut::field;
+use taut_core::field;
 
 use crate::exit::Failure;
 use crate::flags::{ExpFlags, LogFlags};

@@ -7,12 +7,12 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
-use taut::cloud::Cloud;
-use taut::correction::Settings;
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate, shooting};
+use taut_core::cloud::Cloud;
+use taut_core::correction::Settings;
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 /// A cloud, pairs of its rows, and their true distances.
 struct Case {

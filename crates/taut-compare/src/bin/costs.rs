@@ -8,12 +8,12 @@
 
 use std::time::Instant;
 
-use taut::cloud::Cloud;
-use taut::field::{Cost, Fields, Settings, Slope, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::cost::{Norm, linear_speed, refraction, wall_with_gap};
 use taut_compare::{closed_form, generate};
+use taut_core::cloud::Cloud;
+use taut_core::field::{Cost, Fields, Settings, Slope, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 /// Points with costs, and the true cost of getting from row 0 to each.
 struct Case {

@@ -8,14 +8,14 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use taut::cloud::Cloud;
-use taut::field::{Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::direction::{Geodesic, errors};
 use taut_compare::generate;
 use taut_compare::shooting::Fan;
 use taut_compare::surface::{Surface, Torus};
+use taut_core::cloud::Cloud;
+use taut_core::field::{Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 /// Points whose geodesic on the torus is shot.
 const SHOT: usize = 2000;

@@ -11,14 +11,14 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use taut::cloud::Cloud;
-use taut::field::{Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::outline::Outline;
 use taut_compare::shooting::Fan;
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate};
+use taut_core::cloud::Cloud;
+use taut_core::field::{Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 /// A cloud of a surface of some dimension with its mean spacing, and the true distances of some rows from row 0.
 struct Case<const D: usize> {
@@ -362,7 +362,7 @@ fn measure<const D: usize>(
             let path = geodesics.path(
                 &atlas.node_of_row(0)?,
                 &atlas.node_of_row(*row)?,
-                &taut::correction::Settings::default(),
+                &taut_core::correction::Settings::default(),
             );
             println!(
                 "   {error:.2e} {:?} {:?} path {} {}",

@@ -10,13 +10,13 @@
 use std::error::Error;
 
 use rayon::prelude::*;
-use taut::cloud::Cloud;
-use taut::correction;
-use taut::field::{Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::cases::{Case, Kind, NAMES};
 use taut_compare::generate;
+use taut_core::cloud::Cloud;
+use taut_core::correction;
+use taut_core::field::{Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 /// Fields of each cloud, points judged of each, and paths of each.
 const SOURCES: usize = 3;

@@ -7,12 +7,12 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
-use taut::Vector;
-use taut::correction::Settings;
-use taut::geodesics::Geodesics;
-use taut::surface::implicit::ImplicitSurface;
 use taut_compare::surface::{Ellipsoid, Torus};
 use taut_compare::{closed_form, generate, revolution, shooting};
+use taut_core::Vector;
+use taut_core::correction::Settings;
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::implicit::ImplicitSurface;
 use taut_formula::Formula;
 
 type Failure = Box<dyn std::error::Error>;

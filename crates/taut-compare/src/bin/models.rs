@@ -7,13 +7,13 @@
 use std::path::Path;
 use std::time::Instant;
 
-use taut::Vector;
-use taut::cloud::Cloud;
-use taut::correction;
-use taut::geodesics::Geodesics;
-use taut::guess::particles::{Settings, Spread, sample};
-use taut::surface::atlas::{Atlas, FitSettings};
-use taut::surface::{Geometry, Node, Surface};
+use taut_core::Vector;
+use taut_core::cloud::Cloud;
+use taut_core::correction;
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::particles::{Settings, Spread, sample};
+use taut_core::surface::atlas::{Atlas, FitSettings};
+use taut_core::surface::{Geometry, Node, Surface};
 use taut_io::ReadOptions;
 
 type Failure = Box<dyn std::error::Error>;
@@ -121,7 +121,7 @@ fn connect(
     let clock = Instant::now();
     let paths = geodesics.all_pairs(&sources, &correction::Settings::default(), |_, path| path);
     let seconds = clock.elapsed().as_secs_f64();
-    let mean = |of: fn(&taut::result::Path<3>) -> f64| {
+    let mean = |of: fn(&taut_core::result::Path<3>) -> f64| {
         paths.iter().map(of).sum::<f64>() / paths.len() as f64
     };
     println!(

@@ -4,13 +4,13 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
-use taut::cloud::Cloud;
-use taut::correction::Settings;
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::shooting::Fan;
 use taut_compare::surface::{Surface, Torus};
 use taut_compare::{closed_form, generate};
+use taut_core::cloud::Cloud;
+use taut_core::correction::Settings;
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -6,15 +6,15 @@
 
 use std::time::Instant;
 
-use taut::Vector;
-use taut::correction;
-use taut::geodesics::Geodesics;
-use taut::guess::particles::{Network, Region, Settings, Spread, sample};
-use taut::surface::implicit::ImplicitSurface;
-use taut::surface::shapes::Shape;
-use taut::surface::{Geometry, Node, Surface};
 use taut_compare::surface::Torus;
 use taut_compare::{closed_form, generate, shooting};
+use taut_core::Vector;
+use taut_core::correction;
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::particles::{Network, Region, Settings, Spread, sample};
+use taut_core::surface::implicit::ImplicitSurface;
+use taut_core::surface::shapes::Shape;
+use taut_core::surface::{Geometry, Node, Surface};
 use taut_formula::Formula;
 
 type Failure = Box<dyn std::error::Error>;

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use taut::cloud::Cloud;
-use taut::field::{Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
 use taut_compare::generate;
 use taut_compare::surface::Torus;
+use taut_core::cloud::Cloud;
+use taut_core::field::{Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 type Failure = Box<dyn std::error::Error>;
 

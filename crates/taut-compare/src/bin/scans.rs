@@ -7,10 +7,10 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use taut::cloud::Cloud;
-use taut::correction::Settings;
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
+use taut_core::cloud::Cloud;
+use taut_core::correction::Settings;
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 type Failure = Box<dyn std::error::Error>;
 

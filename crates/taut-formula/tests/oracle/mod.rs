@@ -1,8 +1,8 @@
 //! What the derivative tests share: a formula's result beside that of dual numbers.
 
 use num_dual::Dual2SVec64;
-use taut::surface::implicit::Equations;
-use taut::{Matrix, Vector};
+use taut_core::surface::implicit::Equations;
+use taut_core::{Matrix, Vector};
 use taut_formula::Formula;
 
 pub type Dual<const D: usize> = Dual2SVec64<D>;

@@ -4,7 +4,7 @@
 //! [`correction`] pulls the guess taut; the [`result`] carries its error estimate and status.
 //!
 //! ```
-//! use taut::{Vector, cloud::Cloud, correction::Settings, geodesics::Geodesics, surface::atlas::Atlas};
+//! use taut_core::{Vector, cloud::Cloud, correction::Settings, geodesics::Geodesics, surface::atlas::Atlas};
 //!
 //! // 2000 points of the unit sphere, on a spiral; any rows of coordinates will do.
 //! let rows: Vec<f64> = (0..2000)
@@ -22,7 +22,7 @@
 //! let path = geodesics.path(&from, &to, &Settings::default());
 //! assert!(path.converged());
 //! assert!((path.length - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
-//! # Ok::<(), taut::error::Error>(())
+//! # Ok::<(), taut_core::error::Error>(())
 //! ```
 
 pub mod cloud;

@@ -3,15 +3,15 @@
 
 use std::f64::consts::{PI, TAU};
 
-use taut::correction;
-use taut::error::Error;
-use taut::geodesics::Geodesics;
-use taut::guess::particles::{Network, Region, Sampling, Settings, Spread, sample};
-use taut::result::Status;
-use taut::surface::implicit::{Equation, ImplicitSurface};
-use taut::surface::shapes::Shape;
-use taut::surface::{Geometry, Node, Surface};
-use taut::{Matrix, Vector};
+use taut_core::correction;
+use taut_core::error::Error;
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::particles::{Network, Region, Sampling, Settings, Spread, sample};
+use taut_core::result::Status;
+use taut_core::surface::implicit::{Equation, ImplicitSurface};
+use taut_core::surface::shapes::Shape;
+use taut_core::surface::{Geometry, Node, Surface};
+use taut_core::{Matrix, Vector};
 
 fn surface(shape: &str) -> ImplicitSurface<3, Shape> {
     let shape = Shape::parse(shape).expect("a shape");

@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use taut::cloud::Cloud;
-use taut::correction;
-use taut::field::{Fields, Settings, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
-use taut::surface::atlas::doubts::Doubt;
+use taut_core::cloud::Cloud;
+use taut_core::correction;
+use taut_core::field::{Fields, Settings, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::atlas::doubts::Doubt;
 
 /// Uniform and normal deviates from a fixed linear congruential generator.
 struct Random(u64);

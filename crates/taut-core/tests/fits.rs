@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use taut::Vector;
-use taut::cloud::Cloud;
-use taut::correction::Settings;
-use taut::error::Error;
-use taut::field::{self, Fields, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::Node;
-use taut::surface::atlas::{Atlas, Fit, FitSettings, Model};
+use taut_core::Vector;
+use taut_core::cloud::Cloud;
+use taut_core::correction::Settings;
+use taut_core::error::Error;
+use taut_core::field::{self, Fields, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::Node;
+use taut_core::surface::atlas::{Atlas, Fit, FitSettings, Model};
 
 /// Uniform deviates from a fixed linear congruential generator.
 struct Random(u64);
@@ -226,7 +226,7 @@ fn a_model_is_the_same_surface_to_the_last_bit() {
 fn models_that_contradict_themselves_are_refused() {
     let (atlas, _) = fit(&sphere(2_000, 1.0), &within(1e-2));
     let good = atlas.to_model();
-    let refused = |spoil: &dyn Fn(&mut taut::surface::atlas::Model)| {
+    let refused = |spoil: &dyn Fn(&mut taut_core::surface::atlas::Model)| {
         let mut model = good.clone();
         spoil(&mut model);
         match Atlas::<3>::from_model(&model).err() {

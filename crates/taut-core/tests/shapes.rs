@@ -2,12 +2,12 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use taut::Vector;
-use taut::correction::Settings;
-use taut::geodesics::Geodesics;
-use taut::result::{Path, Status};
-use taut::surface::implicit::ImplicitSurface;
-use taut::surface::shapes::Shape;
+use taut_core::Vector;
+use taut_core::correction::Settings;
+use taut_core::geodesics::Geodesics;
+use taut_core::result::{Path, Status};
+use taut_core::surface::implicit::ImplicitSurface;
+use taut_core::surface::shapes::Shape;
 
 fn path<const D: usize>(shape: &str, from: [f64; D], to: [f64; D], tolerance: f64) -> Path<D> {
     let shape = Shape::parse(shape).expect("a shape");

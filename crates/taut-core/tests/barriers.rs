@@ -1,9 +1,9 @@
 //! Polygons that nothing passes through, against the way round them.
 
-use taut::cloud::Cloud;
-use taut::field::{Cost, Fields, Settings, Source, Value};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::Atlas;
+use taut_core::cloud::Cloud;
+use taut_core::field::{Cost, Fields, Settings, Source, Value};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::Atlas;
 
 /// Random points of the square [-1, 1]^2 at height 0.3 x, some 0.02 apart; the first two are given.
 fn square(seed: u64, ends: [[f64; 2]; 2]) -> Vec<[f64; 3]> {

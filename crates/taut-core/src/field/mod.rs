@@ -5,8 +5,8 @@
 //! place of correcting the path to every node [3.2, 3.3].
 //!
 //! ```
-//! use taut::field::{Fields, Settings, Source};
-//! use taut::{Vector, cloud::Cloud, geodesics::Geodesics, surface::atlas::Atlas};
+//! use taut_core::field::{Fields, Settings, Source};
+//! use taut_core::{Vector, cloud::Cloud, geodesics::Geodesics, surface::atlas::Atlas};
 //!
 //! // 2000 points of the unit sphere, on a spiral.
 //! let rows: Vec<f64> = (0..2000)
@@ -24,7 +24,7 @@
 //! let values = fields.at_points(&field);
 //! let farthest = values.iter().map(|value| value.distance).fold(0.0, f64::max);
 //! assert!((farthest - (1.0 / 2000.0 - 1.0_f64).acos()).abs() < 1e-3);
-//! # Ok::<(), taut::error::Error>(())
+//! # Ok::<(), taut_core::error::Error>(())
 //! ```
 
 mod aim;

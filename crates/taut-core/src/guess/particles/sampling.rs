@@ -46,9 +46,9 @@ const ENDLESS: usize = 256;
 /// are `count`. O(n log n) in their number; the same bits on any number of threads.
 ///
 /// ```
-/// use taut::Vector;
-/// use taut::guess::particles::{Settings, sample};
-/// use taut::surface::{Node, implicit::ImplicitSurface, shapes::Shape};
+/// use taut_core::Vector;
+/// use taut_core::guess::particles::{Settings, sample};
+/// use taut_core::surface::{Node, implicit::ImplicitSurface, shapes::Shape};
 /// let ellipsoid = ImplicitSurface::new(Shape::parse("ellipsoid:3,2,1")?, 3.0);
 /// let source = Node { point: Vector::<3>::new(3.0, 0.0, 0.0), place: () };
 /// let sampling = sample(&ellipsoid, &[source], true, 500, &Settings::new(3.0))?;

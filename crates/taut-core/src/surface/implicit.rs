@@ -27,7 +27,7 @@ pub trait Equations<const D: usize>: Send + Sync {
 /// One equation from a Rust closure that returns value, gradient and Hessian.
 ///
 /// ```
-/// use taut::{Matrix, Vector, surface::implicit::{Equation, Equations}};
+/// use taut_core::{Matrix, Vector, surface::implicit::{Equation, Equations}};
 /// let sphere = Equation(|x: &Vector<3>| (x.dot(x) - 1.0, x * 2.0, Matrix::<3>::identity() * 2.0));
 /// assert_eq!(Equations::<3>::count(&sphere), 1);
 /// ```

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use taut::cloud::Cloud;
-use taut::correction::Settings;
-use taut::field::{self, Cost, Fields, Source};
-use taut::geodesics::Geodesics;
-use taut::surface::atlas::{Atlas, FitSettings};
+use taut_core::cloud::Cloud;
+use taut_core::correction::Settings;
+use taut_core::field::{self, Cost, Fields, Source};
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::atlas::{Atlas, FitSettings};
 
 /// A fixed linear congruential generator.
 struct Random(u64);

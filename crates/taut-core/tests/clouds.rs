@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use taut::cloud::Cloud;
-use taut::correction::{Scheme, Settings};
-use taut::geodesics::Geodesics;
-use taut::result::{Path, Status};
-use taut::surface::atlas::Atlas;
+use taut_core::cloud::Cloud;
+use taut_core::correction::{Scheme, Settings};
+use taut_core::geodesics::Geodesics;
+use taut_core::result::{Path, Status};
+use taut_core::surface::atlas::Atlas;
 
 /// Uniform deviates from a fixed linear congruential generator.
 struct Random(u64);

@@ -1,13 +1,13 @@
 //! Ends that share a place, or lie within rounding of each other: lengths of 0 and of next to nothing.
 
-use taut::cloud::Cloud;
-use taut::correction::{Scheme, Settings};
-use taut::geodesics::Geodesics;
-use taut::guess::Guide;
-use taut::surface::atlas::Atlas;
-use taut::surface::implicit::{Equation, ImplicitSurface};
-use taut::surface::{Geometry, Node};
-use taut::{Matrix, Vector};
+use taut_core::cloud::Cloud;
+use taut_core::correction::{Scheme, Settings};
+use taut_core::geodesics::Geodesics;
+use taut_core::guess::Guide;
+use taut_core::surface::atlas::Atlas;
+use taut_core::surface::implicit::{Equation, ImplicitSurface};
+use taut_core::surface::{Geometry, Node};
+use taut_core::{Matrix, Vector};
 
 /// Points of the unit sphere on a spiral, moved by `far`; the last repeats the first.
 fn sphere(count: usize, far: f64) -> Geodesics<3, Atlas<3>> {

@@ -10,11 +10,11 @@ use thiserror::Error;
 /// A named surface. Lengths are in any one unit, angles in radians.
 ///
 /// ```
-/// use taut::surface::shapes::Shape;
+/// use taut_core::surface::shapes::Shape;
 /// let torus = Shape::parse("torus:1,0.4")?;
 /// assert_eq!((torus.dimension(), torus.intrinsic_dimension()), (3, 2));
 /// assert_eq!(torus.to_string(), "torus:1,0.4");
-/// # Ok::<(), taut::surface::shapes::ShapeError>(())
+/// # Ok::<(), taut_core::surface::shapes::ShapeError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
