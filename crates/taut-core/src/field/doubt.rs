@@ -78,7 +78,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         nodes: &'a [Option<u32>],
         tolerance: f64,
     ) -> Option<Self> {
-        (fields.is_smooth && pieces.iter().all(Piece::is_point)).then_some(Self {
+        (fields.ground.is_smooth && pieces.iter().all(Piece::is_point)).then_some(Self {
             fields,
             pieces,
             nodes,
@@ -127,7 +127,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let beside = fields.adjacent(node).map(|edge| edge.to);
         let mut claims = Vec::new();
         for near in std::iter::once(node).chain(beside) {
-            let Some(frame) = &fields.frames[near as usize] else {
+            let Some(frame) = &fields.ground.frames[near as usize] else {
                 continue;
             };
             let v = frame.log(x, ON_SURFACE);
@@ -141,7 +141,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 }
                 let carried = branch.jet.distance_at(v, frame.gauss);
                 let (distance, step_error) =
-                    carried.unwrap_or((branch.jet.distance, fields.spacing[near as usize]));
+                    carried.unwrap_or((branch.jet.distance, fields.ground.spacing[near as usize]));
                 claims.push(Claim {
                     distance,
                     error: branch.error + step_error,
@@ -202,8 +202,8 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
     /// The branches of a node by the geodesics that arrive at it; `None` where none does.
     fn branches(&self, lists: &[Vec<Branch>], node: u32) -> Option<Vec<Branch>> {
         let fields = self.fields;
-        let frame = fields.frames[node as usize].as_ref()?;
-        let spacing = fields.spacing[node as usize];
+        let frame = fields.ground.frames[node as usize].as_ref()?;
+        let spacing = fields.ground.spacing[node as usize];
         let claims = self.claims(|near| &lists[near as usize], node, &frame.point)?;
         let end = fields.geodesics.graph().nodes[node as usize];
         let of_proven = |proven: Proven<D, S::Place>| {
@@ -237,7 +237,12 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let end = Node { point, place };
         let torn = |branch: &Branch| branch.missed > DOUBTFUL * branch.jet.distance;
         let is_torn = field.branches(node).iter().any(torn);
-        let proven = self.proven(&claims, &end, fields.spacing[node as usize], (0.0, is_torn));
+        let proven = self.proven(
+            &claims,
+            &end,
+            fields.ground.spacing[node as usize],
+            (0.0, is_torn),
+        );
         let found = proven.into_iter().filter_map(|proven| {
             let (frame, jet) = (&proven.hit.knot.frame, &proven.hit.jet);
             let v = frame.log(&point, ON_SURFACE);
@@ -364,8 +369,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         };
         let most = first.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
         let others = beside.into_iter().filter_map(|other| {
-            let frame = self.frames[other as usize].as_ref()?;
-            let close = (frame.point - x).norm() <= CLOSE * self.spacing[node as usize];
+            let frame = self.ground.frames[other as usize].as_ref()?;
+            let close = (frame.point - x).norm() <= CLOSE * self.ground.spacing[node as usize];
             close
                 .then(|| self.said(field, other, x, share, most))
                 .flatten()
@@ -393,7 +398,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         first: Option<Taken<D>>,
     ) -> Option<Taken<D>> {
         let mut taken = first.map(Taken::with_missed);
-        let spacing = self.spacing[node as usize];
+        let spacing = self.ground.spacing[node as usize];
         if !field
             .branches(node)
             .iter()

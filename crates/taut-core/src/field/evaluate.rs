@@ -201,7 +201,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// The node of the graph nearest to each point of the cloud, on the point's sheet. Charts may own points
     /// far from them on noisy clouds.
     fn places(&self) -> &[u32] {
-        self.places.get_or_init(|| {
+        self.ground.places.get_or_init(|| {
             let atlas = self.geodesics.surface();
             let points = &atlas.cloud().points;
             let graph = self.geodesics.graph();
@@ -256,7 +256,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     fn at_near(&self, field: &Field<D>, near: Option<u32>, node: &Node<D, S::Place>) -> Value<D> {
         near.map_or_else(Value::unreached, |near| {
-            if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
+            if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.ground.net) {
                 let points = net.nearest(&node.point, near, NEAREST_POINTS);
                 if net.is_length {
                     let value = found.by_segments(net, self.geodesics.surface(), node, &points);
@@ -300,11 +300,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         share: f64,
         most: f64,
     ) -> Option<Taken<D>> {
-        let frame = self.frames[node as usize].as_ref()?;
+        let frame = self.ground.frames[node as usize].as_ref()?;
         let mut taken = field.at(node, frame, x, share, most)?;
-        if !self.rims.nodes.is_empty() {
+        if !self.ground.rims.nodes.is_empty() {
             let v = frame.log(x, share);
-            taken.value.error += field.shade(&taken, frame, v, self.spacing[node as usize]);
+            taken.value.error += field.shade(&taken, frame, v, self.ground.spacing[node as usize]);
         }
         Some(taken)
     }
@@ -320,7 +320,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let at = |node: u32, most: f64| self.said(field, node, x, share, most);
         let beside = || self.adjacent(node).map(|edge| edge.to);
         let mut taken = at(node, f64::INFINITY);
-        let spacing = self.spacing[node as usize];
+        let spacing = self.ground.spacing[node as usize];
         if let Some(least) = taken.as_mut().filter(|taken| taken.beyond > 0.0) {
             // Other rays than those it rests on lead to the point: nodes beside know of them. No distance changes by more
             // than the way back to where both lead.
@@ -342,13 +342,13 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 
     fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
         let at = |node: u32| {
-            let frame = self.any_frames[node as usize].as_ref()?;
+            let frame = self.ground.any_frames[node as usize].as_ref()?;
             Some(found.at(node, frame, x, share))
         };
         let Some(mut value) = at(node) else {
             return Value::unreached();
         };
-        if found.is_focused(node, self.spacing[node as usize]) {
+        if found.is_focused(node, self.ground.spacing[node as usize]) {
             for other in self.adjacent(node).filter_map(|edge| at(edge.to)) {
                 if other.distance + other.error < value.distance {
                     value = other;

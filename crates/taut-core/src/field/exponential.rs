@@ -43,7 +43,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         vector: &Vector<D>,
         settings: &Settings,
     ) -> Result<Shot<D>, Error> {
-        if self.net.is_some() {
+        if self.ground.net.is_some() {
             return Err(Error::NoDirections);
         }
         let surface = self.geodesics.surface();

@@ -107,9 +107,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             (jet, branch.angle_error + next)
         });
         let doubtful = known.is_none_or(|(_, error)| error > DOUBTFUL);
-        let focused = branch.jet.curvature * self.spacing[taken.node as usize] < -FOCUSED;
+        let focused = branch.jet.curvature * self.ground.spacing[taken.node as usize] < -FOCUSED;
         let polished = (doubtful && focused).then(|| {
-            let from = self.frames[taken.node as usize].as_ref()?;
+            let from = self.ground.frames[taken.node as usize].as_ref()?;
             let hand = from.handedness(here) * branch.jet.heading.turn;
             self.polished(field, &taken.value, node, here, hand)
         });
@@ -168,7 +168,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         if let Some(piece) = branch.piece {
             return Jet::of_point(&field.pieces[piece as usize].frame, 0.0, here);
         }
-        let from = self.frames[node as usize].as_ref()?;
+        let from = self.ground.frames[node as usize].as_ref()?;
         branch.jet.carried(from, here)
     }
 

@@ -62,7 +62,7 @@ pub use logarithm::Logarithm;
 pub use nearest::least;
 pub use sources::Sources;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::error::Error;
 use crate::geodesics::Geodesics;
@@ -106,6 +106,11 @@ impl Default for Settings {
 /// A surface made ready for fields from many sources.
 pub struct Fields<'a, const D: usize, S: Guide<D>> {
     geodesics: &'a Geodesics<D, S>,
+    ground: Arc<Ground<D, S::Place>>,
+}
+
+/// What every field of a surface starts from. It can be kept beside the surface, see [`Fields::on`].
+pub struct Ground<const D: usize, P> {
     /// Of the graph's nodes; `None` where the surface has no foot or no tangent plane.
     frames: Vec<Option<Frame<D>>>,
     /// The same on surfaces of other dimensions than 2.
@@ -116,7 +121,7 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     spacing: Vec<f64>,
     /// The surface errs nowhere by much of a spacing, as it does beside outliers.
     is_smooth: bool,
-    rims: Rims<D, S::Place>,
+    rims: Rims<D, P>,
     /// The node nearest to each point of a cloud, once they have been asked for.
     places: OnceLock<Vec<u32>>,
 }
@@ -192,8 +197,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         let surface = geodesics.surface();
         let nodes = &geodesics.graph().nodes;
         let scratch = || Geometry::new(D - surface.intrinsic_dimension());
-        let mut fields = Self {
-            geodesics,
+        let mut ground = Ground {
             frames: Vec::new(),
             any_frames: Vec::new(),
             net: None,
@@ -204,13 +208,25 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         };
         if surface.intrinsic_dimension() == 2 {
             let frame = |geometry: &mut _, i: usize| frame(surface, &nodes[i], geometry);
-            fields.frames = parallel::map_with(nodes.len(), scratch, frame);
-            fields.rims = Rims::new(geodesics, &fields.spacing);
+            ground.frames = parallel::map_with(nodes.len(), scratch, frame);
+            ground.rims = Rims::new(geodesics, &ground.spacing);
         } else {
             let frame = |geometry: &mut _, i: usize| manifold::frame(surface, &nodes[i], geometry);
-            fields.any_frames = parallel::map_with(nodes.len(), scratch, frame);
+            ground.any_frames = parallel::map_with(nodes.len(), scratch, frame);
         }
-        fields
+        Self::on(geodesics, Arc::new(ground))
+    }
+
+    /// Fields on a surface whose ground was made before.
+    #[must_use]
+    pub fn on(geodesics: &'a Geodesics<D, S>, ground: Arc<Ground<D, S::Place>>) -> Self {
+        Self { geodesics, ground }
+    }
+
+    /// What the fields start from, to be kept beside the surface.
+    #[must_use]
+    pub fn ground(&self) -> &Arc<Ground<D, S::Place>> {
+        &self.ground
     }
 
     /// The distance from the nearest of the sources, each with its start value added: from points, or from a curve.
@@ -235,12 +251,12 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         sources: Sources<'_, D, S::Place>,
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
-        if let Some(net) = &self.net {
+        if let Some(net) = &self.ground.net {
             return self.by_cost(net, sources, usize::MAX, settings);
         }
         match sources {
             Sources::Points([]) => Err(Error::NoSources),
-            Sources::Points(points) if !self.any_frames.is_empty() => {
+            Sources::Points(points) if !self.ground.any_frames.is_empty() => {
                 let found = manifold::find(self, points, settings)?;
                 let other = Other::Manifold(found);
                 let nodes = points.iter().map(|point| self.nearest_node(&point.node));
@@ -263,14 +279,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
 
     /// The edges from a node to those right beside it.
     fn adjacent(&self, node: u32) -> impl Iterator<Item = &Edge> {
-        let farthest = ADJACENT * self.spacing[node as usize];
+        let farthest = ADJACENT * self.ground.spacing[node as usize];
         let edges = self.geodesics.graph().edges(node).iter();
         edges.filter(move |edge| f64::from(edge.length) <= farthest)
     }
 
     /// A node of the graph and those beside it whose jets are looked at.
     fn around(&self, node: u32) -> Vec<u32> {
-        let farthest = BESIDE * self.spacing[node as usize];
+        let farthest = BESIDE * self.ground.spacing[node as usize];
         let edges = self.geodesics.graph().edges(node).iter();
         let close = edges.filter(|edge| f64::from(edge.length) <= farthest);
         std::iter::once(node)
@@ -315,7 +331,7 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
 
     /// By how many radians the surface turns over the spacing of most of the graph's nodes at most.
     fn turning(&self) -> f64 {
-        let frames = self.frames.iter().zip(&self.spacing);
+        let frames = self.ground.frames.iter().zip(&self.ground.spacing);
         let turns = frames.map(|(frame, spacing)| {
             let bent = frame.as_ref().map_or(f64::INFINITY, Frame::curvature);
             bent * spacing
@@ -337,8 +353,7 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
     }
 
     fn with_net(geodesics: &'a Geodesics<D, Atlas<D>>, net: cost::Net<D>) -> Self {
-        Self {
-            geodesics,
+        let ground = Ground {
             frames: Vec::new(),
             any_frames: Vec::new(),
             net: Some(net),
@@ -346,7 +361,8 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
             is_smooth: false,
             rims: Rims::none(),
             places: OnceLock::new(),
-        }
+        };
+        Self::on(geodesics, Arc::new(ground))
     }
 }
 

@@ -51,7 +51,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         S::Place: 's,
     {
         let sources = sources.into().simplified();
-        if self.net.is_some() {
+        if self.ground.net.is_some() {
             return self.from(sources, settings);
         }
         let beside = nodes.iter().filter_map(|node| {
@@ -117,7 +117,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                         points: here,
                     });
                     points += here;
-                    edge = edge.max(self.spacing[node as usize]);
+                    edge = edge.max(self.ground.spacing[node as usize]);
                     while let Some(farthest) = held.peek() {
                         if points - farthest.points < count {
                             break;
@@ -180,7 +180,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
         settings: &Settings,
     ) -> Result<Field<D>, Error> {
         let sources = sources.into().simplified();
-        if let Some(net) = &self.net {
+        if let Some(net) = &self.ground.net {
             return self.by_cost(net, sources, count, settings);
         }
         let atlas = self.geodesics.surface();

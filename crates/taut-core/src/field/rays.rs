@@ -71,7 +71,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let (samples, bent) = self.cast(bundles, &sources.bound, settings);
         let mut lists = self.branches_at_nodes(&pieces, sources, &samples);
         let graph = self.geodesics.graph();
-        march::carry_on(graph, &self.frames, &sources.bound, bent, &mut lists);
+        march::carry_on(graph, &self.ground.frames, &sources.bound, bent, &mut lists);
         let tolerance = self.tolerance(settings);
         if let Some(sight) = Sight::new(self, &pieces, &sources.nodes, tolerance) {
             sight.prove(&mut lists, |_, branch| doubt::is_scattered(branch));
@@ -107,7 +107,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     ) -> (Vec<(Sample<D>, u32)>, bool) {
         let (surface, graph) = (self.geodesics.surface(), self.geodesics.graph());
         let limits = |start: f64, along: bool| Limits {
-            rim: &self.rims.nodes,
+            rim: &self.ground.rims.nodes,
             along,
             ..self.limits(bound, start, settings)
         };
@@ -119,7 +119,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let samples: Vec<_> = samples.into_iter().map(|s| (s, *source)).collect();
             // Rays that jump the dents of a rough edge reach more, those that do not find where it is grazed.
             let mut grazed = Vec::new();
-            if !self.rims.nodes.is_empty() {
+            if !self.ground.rims.nodes.is_empty() {
                 let along = limits(bundle.start, true);
                 let found = Fan::new(surface, bundle, reachable, &along).grazes();
                 grazed.extend(found.into_iter().map(|graze| Grazed {
@@ -140,7 +140,10 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let lit = by_node(samples.iter().map(|s| s.0.near), graph.nodes.len());
             let lit = |frame: &Frame<D>, near: u32| self.by_samples(frame, near, &samples, &lit);
             let limits = |start| limits(start, true);
-            let found = self.rims.bent(surface, grazed, lit, reachable, limits);
+            let found = self
+                .ground
+                .rims
+                .bent(surface, grazed, lit, reachable, limits);
             samples.extend(found);
         }
         (samples, bent)
@@ -154,14 +157,14 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         samples: &[(Sample<D>, u32)],
         by_node: &Lists,
     ) -> f64 {
-        let reach = branches::REACH * self.spacing[near as usize];
+        let reach = branches::REACH * self.ground.spacing[near as usize];
         let edges = self.geodesics.graph().edges(near).iter();
         let around = std::iter::once(near).chain(edges.map(|edge| edge.to));
         let close = around.flat_map(|n| by_node.of(n)).filter_map(|i| {
             let sample = &samples[*i as usize].0;
             let close = (sample.frame.point - frame.point).norm() <= reach;
             let carried = sample.jet.carried(&sample.frame, frame);
-            let near = branches::BEYOND * self.spacing[near as usize];
+            let near = branches::BEYOND * self.ground.spacing[near as usize];
             let known = carried.filter(|jet| close && jet.heading.beyond() <= near);
             known.map(|jet| jet.distance)
         });
@@ -181,8 +184,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let samples_by_node = by_node(samples.iter().map(|s| s.0.near), graph.nodes.len());
         let of_node = |node: u32| {
             let reached = sources.bound.distance(node).is_finite();
-            let frame = self.frames[node as usize].filter(|_| reached)?;
-            let spacing = self.spacing[node as usize];
+            let frame = self.ground.frames[node as usize].filter(|_| reached)?;
+            let spacing = self.ground.spacing[node as usize];
             let place = graph.nodes[node as usize].place;
             let height_error = self.geodesics.surface().height_error(place);
             let doubt = (DOUBT * height_error / spacing).min(1.0);
@@ -238,12 +241,12 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         node: u32,
         unknown: Unknown,
     ) -> f64 {
-        let Some(frame) = &self.frames[node as usize] else {
+        let Some(frame) = &self.ground.frames[node as usize] else {
             return 0.0;
         };
         let nearest = self.adjacent(node).filter_map(|edge| {
             let there = lists[edge.to as usize].first()?.jet.distance;
-            let other = self.frames[edge.to as usize].as_ref()?;
+            let other = self.ground.frames[edge.to as usize].as_ref()?;
             let v = frame.log(&other.point, ON_SURFACE);
             let found = lists[node as usize].iter().filter_map(|branch| {
                 if let Some(piece) = branch.piece.map(|i| &pieces[i as usize]) {
@@ -256,7 +259,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                     (None, Unknown::AsLong) => branch.jet.distance + norm(v),
                 };
                 // Rays of other kinds, and from the other side of a curve, are not meant.
-                let most = branches::BEYOND * self.spacing[node as usize];
+                let most = branches::BEYOND * self.ground.spacing[node as usize];
                 let is_known = branch.jet.beyond_at(v, gauss) <= most
                     && pieces[branch.source as usize].admits(carried);
                 is_known.then_some(carried)

@@ -152,7 +152,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     pub(crate) fn unbounded(&self, longest: f64, settings: &Settings) -> Limits<'_, D, S::Place> {
         Limits {
             graph: self.geodesics.graph(),
-            spacing: &self.spacing,
+            spacing: &self.ground.spacing,
             bound: None,
             longest,
             detail: self.geodesics.surface().detail(),

@@ -74,7 +74,10 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// neighbours.
     #[must_use]
     pub fn idle_barriers(&self) -> Vec<usize> {
-        self.net.as_ref().map_or_else(Vec::new, Net::idle_barriers)
+        self.ground
+            .net
+            .as_ref()
+            .map_or_else(Vec::new, Net::idle_barriers)
     }
 }
 

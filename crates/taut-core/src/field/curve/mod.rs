@@ -105,7 +105,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     ) -> (Vec<Source<D, S::Place>>, Vec<Piece<D>>) {
         let of_edge = |i: usize| {
             let edge = &curve.edges[i];
-            let cuts = edge.cut(|_, near| PIECE * self.spacing[near as usize]);
+            let cuts = edge.cut(|_, near| PIECE * self.ground.spacing[near as usize]);
             let piece = |ends: &[f64]| {
                 let middle = self.place_on(edge, 0.5 * (ends[0] + ends[1]));
                 let piece = Piece {
@@ -154,7 +154,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         curve: &'b Curve<D, S::Place>,
     ) -> Vec<Bundle<'b, D, S::Place>> {
         let sides = |edge: &'b Edge<D, S::Place>| {
-            let cuts = edge.cut(|_, near| APART * self.spacing[near as usize]);
+            let cuts = edge.cut(|_, near| APART * self.ground.spacing[near as usize]);
             [1.0, -1.0].map(|side| self.square(edge, &cuts, side))
         };
         let mut bundles: Vec<Bundle<'b, D, S::Place>> =

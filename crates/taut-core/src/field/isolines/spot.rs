@@ -47,7 +47,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         near: u32,
         x: &Vector<D>,
     ) -> Option<(f64, Vector<D>)> {
-        if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.net) {
+        if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.ground.net) {
             let points = net.nearest(x, near, NEAREST_POINTS);
             return found.smooth(net, x, &points);
         }

@@ -45,7 +45,7 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
     settings: &Settings,
 ) -> Result<Found<D>, Error> {
     let (surface, graph) = (fields.geodesics.surface(), fields.geodesics.graph());
-    let frames = &fields.any_frames;
+    let frames = &fields.ground.any_frames;
     let sources = fields.prepared(given, settings, frame)?;
     let mut wanted: Vec<u32> = sources.bound.reached().to_vec();
     wanted.retain(|node| frames[*node as usize].is_some());
@@ -74,7 +74,7 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
             let source = *i as usize;
             (&sources.frames[source], given[source].start, *i)
         });
-        let mut found = branches::branches(frame, fields.spacing[i], jets, beside);
+        let mut found = branches::branches(frame, fields.ground.spacing[i], jets, beside);
         for branch in &mut found {
             let short = sources.shortfall(branch.source, &frame.point, branch.jet.distance);
             branch.jet.distance += short;
@@ -107,7 +107,7 @@ fn disagreement<const D: usize, S: Guide<D>>(
     lists: &[Vec<Branch<D>>],
     node: u32,
 ) -> f64 {
-    let frames = &fields.any_frames;
+    let frames = &fields.ground.any_frames;
     let Some(frame) = &frames[node as usize] else {
         return 0.0;
     };
