@@ -1,5 +1,5 @@
-//! The geodesic from a source through a point, by shooting: from a direction that is nearly right, by Newton's method with
-//! the Jacobi field. A claim of a jet that is doubtful is put to the proof in this way.
+//! The geodesic from a source through a point, by shooting: Newton's method with the Jacobi field,
+//! from a direction that is nearly right. This is how a doubtful claim of a jet is proven.
 
 use crate::Vector;
 use crate::field::frame::ON_SURFACE;
@@ -12,22 +12,27 @@ use crate::field::{Fields, Settings};
 use crate::guess::Guide;
 use crate::surface::Geometry;
 
-/// Shots at most.
+/// Most shots at one point.
 const SHOTS: usize = 6;
-/// A shot that passes so near, in spacings of the graph's nodes, hits, if carrying its jet the rest of the way is accurate enough.
+/// Distance from the point, in spacings of the graph's nodes, within which a shot hits, if carrying
+/// its jet the rest of the way is accurate enough.
 const NEAR: f64 = 0.3;
-/// A miss counts for at most so many spacings when the next shot is turned and lengthened.
+/// Most that a miss counts for, in spacings of the graph's nodes, when the next shot is turned and
+/// lengthened.
 const FARTHEST: f64 = 3.0;
-/// The next shot is turned by at most this angle, in radians.
+/// Most that the next shot is turned by, in radians.
 const MOST_TURN: f64 = 0.3;
-/// Where rays lie nearer together than this, in spacings a radian, the next shot is turned with care.
+/// Spread of the rays, in spacings of the graph's nodes a radian, below which the next shot is
+/// turned by less than Newton's method says.
 const LEAST_SPREAD: f64 = 0.1;
-/// Rays have nearly come together again that are no farther apart than this share of what they would be on a plane.
+/// Spread of rays, as a share of what it would be on a plane, below which rays count as having
+/// nearly come together again.
 const TOGETHER: f64 = 0.1;
-/// The front's curvature changes as it does between rays so many spacings to both sides.
+/// How far to both sides the rays lie from which the derivative of the front curvature is found, in
+/// spacings of the graph's nodes.
 const ASIDE: f64 = 0.7;
 
-/// A source to shoot from.
+/// A source to shoot geodesics from.
 pub(super) struct Gun<'a, const D: usize, S: Guide<D>> {
     fields: &'a Fields<'a, D, S>,
     piece: &'a Piece<D>,
@@ -38,23 +43,23 @@ pub(super) struct Gun<'a, const D: usize, S: Guide<D>> {
 
 /// A geodesic that passes a point.
 pub(super) struct Hit<const D: usize, P> {
-    /// Where it is nearest to the point.
+    /// The knot where the geodesic is nearest to the point.
     pub knot: Knot<D, P>,
-    /// There, in the knot's frame.
+    /// The jet there, in the knot's frame.
     pub jet: Jet,
-    /// Estimated error of the distance by that of the surface.
+    /// Estimated error of the distance because of the surface's own error, in the input's units.
     pub surface_error: f64,
 }
 
 impl<const D: usize, P> Hit<D, P> {
-    /// Rays beside it have nearly come together again.
+    /// Whether the rays beside the geodesic have nearly come together again.
     pub fn is_focused(&self) -> bool {
         self.knot.jacobi[0] < TOGETHER * self.knot.length
     }
 }
 
 impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
-    /// At a source near a node of the graph; `None` where the surface has no place for it.
+    /// The gun at a source near a node of the graph; `None` where the surface has no place for it.
     pub fn new(
         fields: &'a Fields<'a, D, S>,
         piece: &'a Piece<D>,
@@ -76,8 +81,9 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
         })
     }
 
-    /// The geodesic to a point of the surface from nearly an angle and a length, where the graph's nodes lie `spacing` apart;
-    /// `None` where there is none without a conjugate point on the way.
+    /// The geodesic to a point of the surface, searched for from an angle and a length that are
+    /// nearly right, where the graph's nodes lie `spacing` apart. `None` where there is none
+    /// without a conjugate point on the way.
     pub fn hit(
         &self,
         (mut angle, mut length): (f64, f64),
@@ -119,7 +125,7 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
         None
     }
 
-    /// Adds to a hit's jet what changes to the sides, from two more shots.
+    /// Adds to a hit's jet what changes along the front, from two more shots to the sides.
     pub fn look_aside(&self, hit: &mut Hit<D, S::Place>, spacing: f64) {
         let Knot { length, jacobi, .. } = hit.knot;
         let angle = hit.jet.heading.angle;
@@ -134,7 +140,8 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
         hit.jet = sides::jet(hit.jet.distance, jacobi, sides, (angle, None), spacing);
     }
 
-    /// The knot of the geodesic of an angle at a length; `None` where it does not get there.
+    /// The knot at a length of the geodesic that leaves at an angle; `None` where the geodesic does
+    /// not get there.
     fn shot(&self, angle: f64, length: f64) -> Option<Knot<D, S::Place>> {
         let limits = self.fields.unbounded(length, &self.settings);
         let first = Knot::leaving(&self.piece.frame, angle, self.place, self.near);

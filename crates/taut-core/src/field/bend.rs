@@ -1,9 +1,9 @@
-//! Ways that bend round the edge of a surface, into the shadow of holes and notches.
+//! Diffraction round rims (the boundary of the surface), into the shadow of holes and notches.
 //!
-//! A ray that grazes an edge goes on along it from one point of the edge to the next, and at each of them rays
-//! leave that turn no farther than the way itself does: the taut string round an obstacle, whose distances are
-//! those of its corners (geometrical theory of diffraction: J. B. Keller, Journal of the Optical Society of
-//! America 52, 1962).
+//! A ray that grazes a rim goes on along it, from one corner (a point at the rim) to the next. At
+//! each corner rays leave that turn no farther than the way along the rim itself does. This is the
+//! taut string round an obstacle, whose distances are those of its corners (geometrical theory of
+//! diffraction: J. B. Keller, Journal of the Optical Society of America 52, 1962).
 
 use std::collections::BinaryHeap;
 
@@ -21,73 +21,85 @@ use crate::parallel;
 use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node};
 
-/// Points at the edge of a random sample lie this many spacings short of it on average where a string rests on
-/// them (measured on round holes of 10 to 60 spacings: 0.45 to 0.75).
+/// How far points at the rim of a random sample lie short of the true rim on average, in spacings
+/// of the points, where a taut string rests on them (measured on round holes of 10 to 60 spacings:
+/// 0.45 to 0.75).
 const SHORT: f64 = 0.65;
-/// Steps along the edge are at most this many spacings of the graph's nodes long, ...
+/// Longest step along the rim, in spacings of the graph's nodes.
 const REACH: f64 = 3.0;
-/// ... and may lie beyond the rim by so many spacings of points more than their ends, and than the discs of this radius
-/// that make the rim sink between two points so far apart.
+/// How much deeper beyond the rim a step may lie than its ends do and than the discs that make the
+/// rim sink between them, in spacings of the points.
 const SLACK: f64 = 0.1;
+/// Radius of the empty discs that make the rim, in spacings of the points.
 const DISC: f64 = 2.5;
+/// Largest distance between two points at the rim, in spacings of the points, for which the discs
+/// are taken to sink between them.
 const WIDEST: f64 = 4.0;
-/// Where on a step that is looked at.
+/// Shares of a step along the rim at which its depth beyond the rim is looked at.
 const ALONG: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
-/// A way along the edge is of use where it is not longer than rays nearby say by more than so many spacings of the
-/// graph's nodes: these may look a little way into the shadow.
+/// How much longer a way along the rim may be than nearby rays say, in spacings of the graph's
+/// nodes, to be of use. The slack is there because those rays may look a little way into the
+/// shadow.
 const LIT: f64 = 1.0;
-/// Improvements below this share of the nodes' spacing are left.
+/// Improvements of a way along the rim below this share of the nodes' spacing are not made.
 const LEAST: f64 = 0.01;
-/// The edge is known to so many spacings of the graph's nodes, for each radian that a way turns round it.
+/// How uncertain the place of the rim is, in spacings of the graph's nodes, for each radian that a
+/// way turns round it.
 const DOUBT: f64 = 0.6;
-/// Where rays come straight, those that bend round dents of a rough edge must be shorter by so many spacings more.
+/// How much shorter rays diffracted at dents of a rough rim must be than straight rays to be
+/// believed, in spacings of the graph's nodes.
 const BENT: f64 = 0.5;
-/// Rays turn away from the edge by so many radians too, as what lies ahead of a rough edge may end all others.
+/// How far rays also turn to the side away from the rim, in radians: what lies ahead on a rough rim
+/// may end all the other rays.
 const CLEAR: f64 = 0.3;
-/// Edges one behind the other that a way may bend round.
+/// Most rims, one behind the other, that a way may be diffracted at.
 const MOST_ROUNDS: usize = 64;
 
-/// A place at the edge.
+/// A corner: a place at the rim where ways may turn.
 struct Corner<const D: usize, P> {
     node: Node<D, P>,
     frame: Frame<D>,
     /// The nearest node of the graph.
     near: u32,
-    /// Of the points there.
+    /// The spacing of the points there, in the input's units.
     spacing: f64,
 }
 
-/// The edge of a surface as a graph of the points at it.
+/// The rims of a surface, as a graph of the corners on them.
 pub(crate) struct Rims<const D: usize, P> {
     corners: Vec<Corner<D, P>>,
+    /// For each node of the graph, the corners whose nearest node it is.
     by_node: Lists,
-    /// Those that each one's straight steps lead to.
+    /// For each corner, the corners that straight steps from it lead to.
     beside: Lists,
-    /// The nodes of the graph near the edge; empty where there is none.
+    /// Whether each node of the graph is near a rim; empty where the surface has no rim.
     pub nodes: Vec<bool>,
 }
 
-/// How a corner, or a place where a ray grazes the edge, is reached.
+/// How a corner, or a place where a ray grazes the rim, is reached.
 #[derive(Clone, Copy)]
 struct Reached<const D: usize> {
     distance: f64,
     /// Unit direction in which the way arrives.
     direction: Vector<D>,
+    /// Error of the distance because the place of the rim is uncertain, in the input's units.
     doubt: f64,
-    /// In which its ray left the source.
+    /// The angle at which the way's ray left the source, in radians.
     angle: f64,
+    /// The source that the way comes from.
     source: u32,
+    /// The place that the last step of the way came from.
     from: Start,
 }
 
-/// What a way along the edge comes from.
+/// The start of a step along the rim: a place where a ray grazes it, or a corner.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Start {
     Graze(u32),
     Corner(u32),
 }
 
-/// A place that ways along the edge start from.
+/// A place that steps along the rim start from.
 struct Bend<'a, const D: usize, P> {
     node: Node<D, P>,
     frame: &'a Frame<D>,
@@ -95,7 +107,7 @@ struct Bend<'a, const D: usize, P> {
     reached: Reached<D>,
 }
 
-/// A graze with the doubt of the way to it and its source.
+/// A place where a ray grazes the rim, with the doubt of the way to it and the way's source.
 pub(crate) struct Grazed<const D: usize, P> {
     pub graze: Graze<D, P>,
     pub doubt: f64,
@@ -112,7 +124,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         }
     }
 
-    /// O(m) in the points at the edge.
+    /// Finds the corners of a surface and the steps between them. O(m) in the points at the rim.
     pub fn new<S: Guide<D, Place = P>>(geodesics: &Geodesics<D, S>, spacing: &[f64]) -> Self {
         let (surface, graph) = (geodesics.surface(), geodesics.graph());
         let rim = surface.rim();
@@ -158,7 +170,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         rims
     }
 
-    /// The corners that straight steps along the surface lead to.
+    /// The corners that straight steps along the surface from a node lead to, not longer than
+    /// `reach`.
     fn steps<S: Guide<D, Place = P>>(
         &self,
         surface: &S,
@@ -168,7 +181,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
     ) -> Vec<u32> {
         let passes = |to: &Corner<D, P>| {
             let spacing = to.spacing;
-            // Between two points that it touches a disc sinks deeper.
+            // Between two points that it touches, a disc sinks deeper.
             let half = 0.5 * ((to.node.point - node.point).norm() / spacing).min(WIDEST);
             let sunk = DISC - (DISC * DISC - half * half).sqrt();
             let deepest = (SHORT + SLACK + sunk) * spacing;
@@ -178,7 +191,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 depth(node.place).max(depth(to.node.place)) <= deepest
             })
         };
-        // The straight way between nodes may cross a rim where that between corners does not.
+        // The straight way between two nodes may cross a rim where the way between two corners does
+        // not.
         let mut nodes: Vec<u32> = around(graph, near).flat_map(|n| around(graph, n)).collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -190,8 +204,9 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         reached.copied().collect()
     }
 
-    /// The jets of the rays that bend round the edge where others graze it. `lit` says how far rays say that a place
-    /// near a node is, `limits` where rays that start at a distance end.
+    /// The jets of the rays that are diffracted at the rims where other rays graze them. `lit` says
+    /// how far rays say that a place near a node is; `limits` says where rays end that start at a
+    /// distance.
     pub fn bent<'a, S: Guide<D, Place = P>>(
         &self,
         surface: &S,
@@ -259,6 +274,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         samples
     }
 
+    /// The place that a step along the rim starts from, with how it is reached.
     fn bend<'a>(
         &'a self,
         start: Start,
@@ -311,8 +327,9 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         }
     }
 
-    /// The ways along the edge from where rays graze it, in the order of distance, and between which angles to the
-    /// direction of arrival those turn that lead on from each place.
+    /// Finds the ways along the rim from where rays graze it, in the order of distance (Dijkstra).
+    /// For each place that a way leads on from, the answer holds the angles to the direction of
+    /// arrival between which rays turn there.
     fn along<S: Guide<D, Place = P>>(
         &self,
         surface: &S,
@@ -355,6 +372,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             touched.push(to);
             heap.push(Waiting { distance, node: to });
         };
+        // Rays that graze the rim offer distances to the corners within a step; shorter distances
+        // replace longer ones until none changes.
         for (i, found) in (0..).zip(grazed) {
             let knot = &found.graze.knot;
             let node = Node {
@@ -375,6 +394,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 offer(Start::Corner(node), *to, reached, &mut heap);
             }
         }
+        // Only corners that were reached now are turned at; the rays from a place must cover all
+        // the steps that lead on from it.
         touched.sort_unstable();
         touched.dedup();
         let mut turns: Vec<(Start, f64)> = touched
@@ -399,13 +420,13 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
     }
 }
 
-/// The angle from the direction in which a place is reached to a step from there.
+/// The angle from the direction in which a place is reached to a step from there, in radians.
 fn turn<const D: usize, P>(bend: &Bend<D, P>, step: [f64; 2]) -> f64 {
     let [a, b] = bend.frame.coordinates(&bend.reached.direction);
     (a * step[1] - b * step[0]).atan2(a * step[0] + b * step[1])
 }
 
-/// A node of the graph and those that its edges lead to.
+/// A node of the graph and the nodes that its edges lead to.
 fn around<const D: usize, P: Copy>(graph: &Graph<D, P>, node: u32) -> impl Iterator<Item = u32> {
     std::iter::once(node).chain(graph.edges(node).iter().map(|edge| edge.to))
 }

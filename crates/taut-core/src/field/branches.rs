@@ -1,5 +1,5 @@
-//! From jets on rays to jets at the nodes of the graph: those of one branch are averaged, those of others
-//! kept apart.
+//! From jets on rays to jets at the nodes of the graph: jets of one branch (one way round) are
+//! averaged, and those of other branches are kept apart.
 
 use crate::Vector;
 use crate::field::evaluate::FOCUSED;
@@ -8,66 +8,81 @@ use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, Jet, norm};
 use crate::field::piece::Piece;
 
-/// A way in which a distance may reach the neighbourhood of a node.
+/// A way by which a distance may reach the neighbourhood of a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Branch {
-    /// In the node's frame.
+    /// The jet of the distance, in the node's frame.
     pub jet: Jet,
+    /// The index of the source that the way comes from.
     pub source: u32,
-    /// Estimated error of the distance at the node.
+    /// Estimated error of the distance at the node, in the input's units.
     pub error: f64,
-    /// By how much the node's branches miss the distances of its neighbours.
+    /// By how much the node's branches miss the distances of the node's neighbours, in the input's
+    /// units.
     pub missed: f64,
-    /// Estimated error of the angle at the source.
+    /// Estimated error of the angle at the source, in radians.
     pub angle_error: f64,
-    /// How much shorter than another branch it must be to be believed, for it rests on jets far away.
+    /// How much shorter than another branch this one must be to be believed, in the input's units,
+    /// because it rests on jets that are far away.
     pub doubt: f64,
-    /// The piece of the source that distances are measured from, near by.
+    /// The piece of the source that distances are measured from directly, if the source is near by.
     pub piece: Option<u32>,
-    /// No ray came by: carried on along the graph.
+    /// Whether no ray came by, so that the branch was carried on along the graph.
     pub carried: bool,
 }
 
 impl Branch {
-    /// Rays draw together within a few spacings of the graph's nodes.
+    /// Whether the rays draw together within a few spacings of the graph's nodes.
     pub fn is_focused(&self, spacing: f64) -> bool {
         self.jet.curvature * spacing < -FOCUSED
     }
 
-    /// What branches are compared by.
+    /// The distance by which branches are compared.
     pub fn believed(&self) -> f64 {
         self.jet.distance + self.doubt
     }
 }
 
-/// Jets farther away than this many spacings are not looked at.
+/// Largest distance of a jet that a node takes into account, in spacings of the graph's nodes.
 pub(crate) const REACH: f64 = 1.6;
-/// Cosine between directions of one branch, and its distances' largest difference in spacings.
+/// Least cosine between the directions of jets of one branch.
 pub(crate) const SAME_DIRECTION: f64 = 0.98;
+/// Largest difference between the distances of jets of one branch, in spacings of the graph's
+/// nodes.
 pub(crate) const SAME_DISTANCE: f64 = 0.1;
-/// Rays of a kind that are narrower than this many spacings are not kept apart from others.
+/// Width below which the rays of one kind are not kept apart from those of other kinds, in spacings
+/// of the graph's nodes.
 const NARROW: f64 = 1.0;
-/// Jets weigh (r^2 + (NEAREST spacings)^2)^-2.
+/// Distance, in spacings of the graph's nodes, that keeps the weight of near jets finite: a jet
+/// weighs (r^2 + (NEAREST spacings)^2)^-2.
 pub(crate) const NEAREST: f64 = 0.1;
+/// Most branches that a node keeps.
 pub(crate) const MOST_BRANCHES: usize = 4;
-/// Nodes this near a source, in spacings, measure from there.
+/// Largest distance from a point source, in spacings of the graph's nodes, at which a node measures
+/// from the source itself.
 pub(crate) const AT_SOURCE: f64 = 0.75;
-/// The same of a curve, and how far off other pieces of it are taken: points whose nearest node this is are nearest to
-/// one of them.
+/// Largest distance from a curve, in spacings of the graph's nodes, at which a node measures from
+/// pieces of the curve.
 const AT_CURVE: f64 = 1.25;
+/// Largest distance of the pieces of a curve that a node near the curve holds, in spacings of the
+/// graph's nodes. Every point whose nearest node this is has its nearest piece among them.
 const AROUND: f64 = 1.7;
-/// Rays beside which there are others to one side only are known so many spacings to the other.
+/// How far beyond the last ray of a kind, on the side without rays of its kind, jets are still
+/// known, in spacings of the graph's nodes.
 pub(crate) const BEYOND: f64 = 0.01;
 
-/// Jets of one branch being averaged.
+/// The weighted sums of the jets of one branch, which are being averaged.
 struct Group {
+    /// The first jet, from which differences are taken.
     first: Jet,
     source: u32,
     surface_error: f64,
+    /// The doubt of the first jet of the group, in the input's units.
     doubt: f64,
     weight: f64,
-    /// Sums of weight times the value less the first's.
+    /// Sum of weight times the distance less that of the first jet.
     distance: f64,
+    /// Sum of weight times the square of the distance less that of the first jet.
     squares: f64,
     gradient: [f64; 2],
     curvature: f64,
@@ -81,6 +96,7 @@ struct Group {
 }
 
 impl Group {
+    /// Whether a jet belongs to the same branch as this group.
     fn takes(&self, jet: &Jet, source: u32, spacing: f64) -> bool {
         let (a, b) = (self.first.gradient, jet.gradient);
         self.source == source
@@ -91,6 +107,7 @@ impl Group {
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
     }
 
+    /// Adds a jet with its weight to the sums.
     fn add(&mut self, jet: &Jet, surface_error: f64, weight: f64) {
         self.surface_error = self.surface_error.max(surface_error);
         let more = jet.distance - self.first.distance;
@@ -110,6 +127,8 @@ impl Group {
         self.bow += weight * jet.heading.bow;
     }
 
+    /// The branch that the averaged jets make. Its error is the scatter of their distances, the
+    /// error of carrying them, and the surface's error.
     fn branch(&self, spacing: f64) -> Branch {
         let inverse = self.weight.recip();
         let mean = self.distance * inverse;
@@ -147,8 +166,8 @@ impl Group {
     }
 }
 
-/// The branches at a node with a frame, least distance first, of the jets near it and of pieces of sources beside it.
-/// `admits` tells whether a jet carried here may be believed.
+/// The branches at a node with a frame, least distance first, from the jets near it and the pieces
+/// of sources beside it. `admits` tells whether a jet that was carried here may be believed.
 pub(crate) fn branches<'a, const D: usize>(
     frame: &Frame<D>,
     spacing: f64,
@@ -172,18 +191,20 @@ pub(crate) fn branches<'a, const D: usize>(
             Some((weight, doubt, jet, sample, source))
         })
         .collect();
-    // A curve of many short edges is bent as its rays together say.
+    // The front of a curve of many short edges bends as the directions of the rays of all edges
+    // together say.
     let fronts: Vec<(f64, Vector<D>, Vector<D>)> = jets
         .iter()
         .filter(|jet| is_narrow(&jet.2, spacing))
         .map(|jet| (jet.2.distance, jet.3.frame.point, jet.3.frame.tangents[0]))
         .collect();
-    // Beyond the last ray of a kind there are rays of another, unless an edge of the surface is in the way.
+    // Beyond the last ray of one kind there are rays of another kind, unless a rim of the surface
+    // is in the way.
     let is_beside = |jet: &Jet| jet.heading.beyond() <= BEYOND * spacing;
     if jets.iter().any(|jet| is_beside(&jet.2)) {
         jets.retain(|jet| is_beside(&jet.2));
     }
-    // Straight rays first: there may be many that came round a rough rim.
+    // Straight rays come first, because there may be many rays that came round a rough rim.
     jets.sort_by(|a, b| {
         let bent = |jet: &Jet| jet.heading.is_bent();
         bent(&a.2).cmp(&bent(&b.2)).then(b.0.total_cmp(&a.0))
@@ -237,13 +258,15 @@ pub(crate) fn branches<'a, const D: usize>(
     branches
 }
 
-/// Whether the rays of a jet's kind are few beside those of others; where they draw together they know best themselves.
+/// Whether the rays of a jet's kind fill so narrow a strip that they are not kept apart from
+/// others. Where rays draw together, their own jets know best.
 fn is_narrow(jet: &Jet, spacing: f64) -> bool {
     jet.heading.width() < NARROW * spacing && jet.curvature * spacing > -FOCUSED
 }
 
-/// The curvature of the front at a jet, by the directions of rays beside it, each with the distance that it says and a point
-/// on it; `None` where they are all on one spot.
+/// The curvature of the front at a jet, by linear regression over the directions of the rays beside
+/// it. Each ray comes with the distance that it says and a point on it. `None` where all points are
+/// in one spot.
 fn bend<const D: usize>(
     fronts: &[(f64, Vector<D>, Vector<D>)],
     jet: &Jet,
@@ -257,7 +280,7 @@ fn bend<const D: usize>(
         let turn = (a * v - b * u).atan2(a * u + b * v);
         let is_same = (distance - jet.distance).abs() <= SAME_DISTANCE * spacing;
         if is_same && turn.cos() >= SAME_DIRECTION {
-            // Where the ray meets the front.
+            // The place to the left of the jet where the ray meets the front.
             let left = a * y - b * x - (a * x + b * y) * turn;
             turned += left * turn;
             squares += left * left;
@@ -266,7 +289,8 @@ fn bend<const D: usize>(
     (squares > spacing * spacing).then(|| turned / squares)
 }
 
-/// The branches of pieces of sources near a node, which take the place of those that rays from there bring.
+/// Adds the branches of pieces of sources near a node. They take the place of the branches that
+/// rays from there bring.
 fn add_pieces<const D: usize>(
     branches: &mut Vec<Branch>,
     pieces: &[(&Piece<D>, u32)],
@@ -290,7 +314,8 @@ fn add_pieces<const D: usize>(
         }
         branches.retain(|b| {
             let distance = b.jet.distance - piece.start;
-            // All of a curve that is so near is near by in pieces: rays that say so come from beyond it.
+            // All of a curve that is this near is among the near pieces: rays that say such a
+            // distance come from its far side.
             let is_other = piece.is_point() || distance > AROUND * spacing - slack;
             let is_same = (distance - way.length).abs() <= slack;
             b.source != piece.source || b.piece.is_some() || (is_other && !is_same)

@@ -1,28 +1,32 @@
-//! Rims that rays pass: where one ends a ray, and the dents of a rough edge that rays jump.
+//! Rims (the boundary of the surface) that rays pass: where a rim ends a ray, and the dents of a
+//! rough rim that rays jump.
 
 use crate::correction::length::detour;
 use crate::field::knot::{Knot, between};
 use crate::field::ray::{Limits, OVER_RIM, nearest};
 use crate::surface::{Geometry, Surface};
 
-/// Steps are looked at for rims so many spacings of the graph's nodes apart, and where they leave the surface so many
-/// times halved.
+/// Distance between the places at which a step is looked at for rims, in spacings of the graph's
+/// nodes.
 const LOOKED_AT: f64 = 0.3;
+/// How many times the interval in which a step leaves the surface is halved.
 const HALVINGS: usize = 5;
-/// Where it jumps dents, they are at most so many times deeper than a ray may end beyond a rim.
+/// Greatest depth of a dent that a ray may jump, in units of the depth at which a ray ends beyond a
+/// rim.
 const DEEPEST: f64 = 2.0;
 
-/// Where a ray jumps a dent of a rough edge instead of going round it.
+/// A dent of a rough rim that a ray jumps instead of going round it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dent {
-    /// How far along the ray it is deepest.
+    /// Length along the ray at which the dent is deepest, in the input's units.
     pub length: f64,
+    /// How far the ray lies beyond the rim there, in the input's units.
     depth: f64,
 }
 
 impl Dent {
-    /// How much longer the way round the dent may be to a place on the ray: as a taut string that is pushed aside by the
-    /// dent's depth.
+    /// How much longer the way round the dent may be than the ray, to a place at a length on the
+    /// ray. The way is a taut string that the depth of the dent pushes aside.
     pub fn detour(&self, length: f64) -> f64 {
         let behind = length - self.length;
         if behind <= 0.0 {
@@ -32,14 +36,16 @@ impl Dent {
     }
 }
 
-/// The deepest dent that a step jumps, and its last place on the surface where it leaves it for good; `None` where there is
-/// no such.
+/// The deepest dent that a step jumps, and the step's last place on the surface where it leaves the
+/// surface for good; `None` for what does not occur.
 pub(super) fn passed<const D: usize, S: Surface<D>>(
     surface: &S,
     step: [&Knot<D, S::Place>; 2],
     limits: &Limits<D, S::Place>,
     geometry: &mut Geometry<D>,
 ) -> (Option<Dent>, Option<Knot<D, S::Place>>) {
+    // The depth beyond the rim, which is looked at only near rims: elsewhere no ray leaves the
+    // surface.
     let [from, to] = step;
     let length = to.length - from.length;
     let mut depth = |knot: &mut Knot<D, S::Place>| {
@@ -62,7 +68,7 @@ pub(super) fn passed<const D: usize, S: Surface<D>>(
     let count = (length / every).ceil().max(1.0);
     let mut inside = *from;
     let mut deepest: Option<Dent> = None;
-    // What begins at a rim may come out of it.
+    // A ray that begins at a rim may come out of the rim.
     let mut most = depth(&mut inside);
     for i in 1..=count as usize {
         let Some(there) = between(step, from.length + length * i as f64 / count) else {
@@ -85,6 +91,8 @@ pub(super) fn passed<const D: usize, S: Surface<D>>(
             most = found;
             continue;
         }
+        // The step leaves the surface between the last place inside and this one: bisection finds
+        // where.
         let mut high = there.length;
         for _ in 0..HALVINGS {
             let Some(mut middle) = between(step, 0.5 * (inside.length + high)) else {

@@ -1,5 +1,6 @@
-//! Where jets are doubtful: beside caustics, where rays draw together, and where the nodes around a place disagree. What the
-//! jets there speak of is put to the proof by shooting, and the shortest geodesic that arrives is believed.
+//! Doubtful jets and their proof. Jets are doubtful beside caustics, where rays draw together, and
+//! where the nodes around a place disagree. What the jets say there is tested by shooting
+//! geodesics, and the shortest geodesic that arrives is believed.
 
 use crate::Vector;
 use crate::field::aim::{Gun, Hit};
@@ -13,17 +14,20 @@ use crate::guess::Guide;
 use crate::parallel;
 use crate::surface::{Geometry, Node};
 
-/// Distances with a larger relative error are doubtful.
+/// Relative error of a distance above which it is doubtful.
 pub(super) const DOUBTFUL: f64 = 1e-3;
-/// Claims of one source whose rays are nearer to each other than so many spacings, and than this angle in radians, are of one ray.
+/// Largest distance, in spacings of the graph's nodes, and largest angle, in radians at the source,
+/// between rays of one source whose claims are about one ray.
 const SAME_RAY: f64 = 0.3;
 
-/// The least error, in shares of the distance, of what is proven: a shorter geodesic may lie between those that were tried.
+/// The least relative error of what is proven: a shorter geodesic may lie between those that were
+/// tried.
 const UNSEEN: f64 = 1e-4;
-/// The nodes around a point that are asked lie no farther from it than so many spacings.
+/// Largest distance from a point, in spacings of the graph's nodes, of the nodes that are asked
+/// about it.
 const CLOSE: f64 = 1.2;
 
-/// A ray by its angle at its source.
+/// A ray, named by its source and its angle at the source.
 #[derive(Clone, Copy)]
 struct Ray {
     source: u32,
@@ -31,37 +35,41 @@ struct Ray {
 }
 
 impl Ray {
-    /// The same but for an angle.
+    /// Whether both rays leave the same source at angles that differ by less than `apart`, in
+    /// radians.
     fn is(&self, other: &Self, apart: f64) -> bool {
         self.source == other.source && turned_by(self.angle, other.angle).abs() < apart
     }
 }
 
-/// Rays are the same that differ by less than this angle, where it changes so along the front.
+/// The angle below which two rays are the same, where the angle changes by `turn` per length along
+/// the front.
 fn same_ray(turn: f64, spacing: f64) -> f64 {
     SAME_RAY * (spacing * turn.abs()).min(1.0)
 }
 
-/// What a jet says of a point.
+/// What a jet says about a point: a distance, and the ray that brings it.
 struct Claim {
-    /// The distance and its estimated error.
+    /// The distance at the point, in the input's units.
     distance: f64,
+    /// Estimated error of the distance, in the input's units.
     error: f64,
     ray: Ray,
-    /// The change of the angle along the front.
+    /// The derivative of the ray's angle along the front, in radians per length.
     turn: f64,
-    /// Whose jet it is.
+    /// The node whose jet makes the claim.
     node: u32,
+    /// The index of the jet's branch among the branches of the node.
     branch: usize,
 }
 
-/// A geodesic that arrives.
+/// A geodesic that arrives at the point, with its ray.
 struct Proven<const D: usize, P> {
     ray: Ray,
     hit: Hit<D, P>,
 }
 
-/// The sources of a field, to shoot from.
+/// The sources of a field, made ready to shoot geodesics from.
 pub(super) struct Sight<'a, const D: usize, S: Guide<D>> {
     fields: &'a Fields<'a, D, S>,
     pieces: &'a [Piece<D>],
@@ -70,8 +78,9 @@ pub(super) struct Sight<'a, const D: usize, S: Guide<D>> {
 }
 
 impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
-    /// `None` for curves: rays leave them square, and none may lead from where they left to a point beside. Nor where the
-    /// surface errs here and there: geodesics shot on it prove nothing.
+    /// Prepares to shoot from sources. `None` for curves, because rays leave them at right angles
+    /// and none may lead from where they left to a point beside. Also `None` where the surface errs
+    /// here and there, because geodesics shot on it prove nothing.
     pub fn new(
         fields: &'a Fields<'a, D, S>,
         pieces: &'a [Piece<D>],
@@ -86,12 +95,14 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         })
     }
 
+    /// The gun at a source.
     fn gun(&self, source: u32) -> Option<Gun<'_, D, S>> {
         let (piece, near) = (&self.pieces[source as usize], self.nodes[source as usize]?);
         Gun::new(self.fields, piece, near, self.tolerance)
     }
 
-    /// The geodesics to a place that guesses on the graph lead to, where its nodes lie `spacing` apart.
+    /// The geodesics to a place that guesses on the graph lead to, where the graph's nodes lie
+    /// `spacing` apart.
     fn hits_by_guesses(
         &self,
         source: u32,
@@ -115,8 +126,9 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         hits.collect()
     }
 
-    /// What the jets at a node and beside it say of a point near it, shortest first; `None` beside a source, which is
-    /// measured from, and where some came round a rim, which no shot does.
+    /// What the jets at a node and at the adjacent nodes say about a point near it, shortest first.
+    /// `None` beside a source, which is measured from directly, and where some jets came round a
+    /// rim, which no shot does.
     fn claims<'b>(
         &self,
         branches: impl Fn(u32) -> &'b [Branch],
@@ -135,7 +147,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 if is_fixed(branch) {
                     return None;
                 }
-                // What was carried along the graph tells of no ray.
+                // What was carried along the graph tells nothing about a ray.
                 if branch.carried {
                     continue;
                 }
@@ -159,8 +171,9 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         Some(claims)
     }
 
-    /// The geodesics to a place that claims speak of and that arrive, but for those longer than the shortest by more than a
-    /// slack; and those that guesses lead to where a claim of a shorter way does not arrive, or the nodes around are torn.
+    /// The geodesics to a place that claims speak of and that arrive, without those longer than the
+    /// shortest by more than `slack`. Geodesics that guesses lead to are added where a claim of a
+    /// shorter way does not arrive, or where the nodes around disagree (`is_torn`).
     fn proven(
         &self,
         claims: &[Claim],
@@ -186,7 +199,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 tried.push(add(&mut found, source, hit, &end.point, spacing));
             }
         }
-        // There may be rays between those that claims tell of.
+        // There may be rays between those that the claims tell of.
         let is_short = |claim: &&Claim| least - claim.distance > DOUBTFUL * least.abs();
         let untold = claims.first().filter(|first| is_torn || is_short(first));
         let is_focused = found.iter().any(|proven| proven.hit.is_focused());
@@ -199,7 +212,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         found
     }
 
-    /// The branches of a node by the geodesics that arrive at it; `None` where none does.
+    /// The branches of a node by the geodesics that arrive at it; `None` where none arrives.
     fn branches(&self, lists: &[Vec<Branch>], node: u32) -> Option<Vec<Branch>> {
         let fields = self.fields;
         let frame = fields.ground.frames[node as usize].as_ref()?;
@@ -227,7 +240,8 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         (!found.is_empty()).then_some(found)
     }
 
-    /// The value of the shortest geodesic to a point that the jets around it speak of.
+    /// The value at a point by the shortest geodesic to it among those that the jets around it
+    /// speak of.
     fn proven_at(&self, field: &Field<D>, node: u32, x: &Vector<D>) -> Option<Taken<D>> {
         let fields = self.fields;
         let mut place = fields.geodesics.graph().nodes[node as usize].place;
@@ -268,7 +282,8 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         })
     }
 
-    /// Replaces the branches of nodes by proven ones where one of them is doubtful, and none is of a source near by.
+    /// Replaces the branches of nodes by proven ones where one branch is doubtful and none is
+    /// measured from a source near by.
     pub fn prove(
         &self,
         lists: &mut [Vec<Branch>],
@@ -289,7 +304,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
     }
 }
 
-/// Adds a geodesic to those that arrive at a point unless it is one of them; its ray.
+/// Adds a geodesic to those that arrive at a point, unless it is one of them, and returns its ray.
 fn add<const D: usize, P>(
     found: &mut Vec<Proven<D, P>>,
     source: u32,
@@ -307,8 +322,9 @@ fn add<const D: usize, P>(
     ray
 }
 
-/// What some nodes say of a point together, the nearest first: the least value, or that of the nearest node where it agrees,
-/// and by how much it may be wrong by what the others say.
+/// What several nodes, the nearest first, say about a point together. The value is the least one,
+/// or that of the nearest node that agrees with it; its `missed` is by how much it may be wrong
+/// according to the other nodes.
 fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
     let least = all
         .iter()
@@ -316,7 +332,7 @@ fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
     let distance = least.value.distance;
     let off = |other: &Taken<D>| (other.value.distance - distance).abs();
     let doubt = |other: &Taken<D>| other.believed - other.value.distance;
-    // Another node that says the same bears it out against those that know of longer ways alone.
+    // A second node that says the same confirms the value against nodes that know longer ways only.
     let agrees = |other: &&Taken<D>| off(other) + doubt(other) <= DOUBTFUL * distance;
     let borne_out = all.iter().filter(agrees).count() > 1;
     let misses = all.iter().map(|other| {
@@ -339,19 +355,19 @@ fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
     })
 }
 
-/// A branch that no shot can prove: measured from a source near by, or come round a rim.
+/// Whether no shot can prove a branch: it is measured from a source near by, or came round a rim.
 fn is_fixed(branch: &Branch) -> bool {
     branch.piece.is_some() || (branch.jet.heading.is_bent() && !branch.carried)
 }
 
-/// A branch that no ray brought, or whose jets scatter.
+/// Whether no ray brought a branch, or its jets scatter.
 pub(super) fn is_scattered(branch: &Branch) -> bool {
     branch.carried || branch.error + branch.doubt > DOUBTFUL * branch.jet.distance
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The value at a point near a node whose jets are doubtful: by the node or those beside it where they agree, else by the
-    /// geodesics that they speak of.
+    /// The value at a point near a node whose jets are doubtful. It is what the node and the
+    /// adjacent nodes say where they agree, else what the geodesics that they speak of prove.
     pub(super) fn second_opinion(
         &self,
         field: &Field<D>,
@@ -382,13 +398,14 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let Some(mut proven) = sight.proven_at(field, node, x) else {
             return Some(taken.with_missed());
         };
-        // A claim of a shorter way that no shot bears out may be true nonetheless.
+        // A claim of a shorter way that no shot confirms may be true nonetheless.
         let shorter = proven.value.distance - taken.value.distance * (1.0 + DOUBTFUL);
         proven.value.error += shorter.max(0.0);
         Some(proven)
     }
 
-    /// The value by the node, or where rays draw together by one beside it that says of a way shorter by more than its error.
+    /// The value that the node says. Where rays draw together, it is the value of an adjacent node
+    /// that says a way shorter by more than its error.
     fn shortest_beside(
         &self,
         field: &Field<D>,

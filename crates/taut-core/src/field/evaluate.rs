@@ -1,4 +1,5 @@
-//! The distance at points: from the jets of the nearest node, the least branch.
+//! The distance at a point, from the jets of the point's nearest node: the branch with the least
+//! distance is taken.
 
 use crate::Vector;
 use crate::field::branches::{Branch, SAME_DIRECTION};
@@ -13,29 +14,33 @@ use crate::parallel;
 use crate::surface::Node;
 use crate::surface::atlas::Atlas;
 
-/// Where rays meet within a spacing over this, jets of neighbouring nodes are looked at too.
+/// Rays are focused where they meet within the spacing divided by this; jets of neighbouring nodes
+/// are then looked at too.
 pub(crate) const FOCUSED: f64 = 0.3;
 
-/// Where an edge lies that rays graze is known to so many spacings.
+/// How uncertain the place of a rim that rays graze is, in spacings of the graph's nodes.
 const EDGE: f64 = 0.3;
 
-/// Points of a cloud with costs that are looked at round a place.
+/// Number of points around a place that are looked at, on a cloud with costs.
 pub(crate) const NEAREST_POINTS: usize = 20;
 
 /// A distance with its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Value<const D: usize> {
-    /// From the nearest source, its start value added; infinite where unreached.
+    /// The distance from the nearest source, in the input's units, with the source's start value
+    /// added; infinite where unreached.
     pub distance: f64,
-    /// Estimated absolute error.
+    /// Estimated absolute error of the distance, in the input's units.
     pub error: f64,
-    /// The nearest source; `u32::MAX` where unreached.
+    /// The index of the nearest source; `u32::MAX` where unreached.
     pub source: u32,
-    /// The gradient: the unit tangent of the geodesic where it arrives. Zero where unreached and at a source.
+    /// The gradient of the distance, which is the unit tangent of the geodesic where it arrives;
+    /// zero where unreached and at a source.
     pub direction: Vector<D>,
 }
 
 impl<const D: usize> Value<D> {
+    /// The value at a place that nothing leads to.
     pub(crate) fn unreached() -> Self {
         Self {
             distance: f64::INFINITY,
@@ -45,7 +50,7 @@ impl<const D: usize> Value<D> {
         }
     }
 
-    /// Where it is unknown whether anything leads there.
+    /// The value where it is not known whether anything leads there.
     pub(crate) fn unknown() -> Self {
         Self {
             distance: f64::NAN,
@@ -59,29 +64,33 @@ impl<const D: usize> Value<D> {
     }
 }
 
-/// A value with the node's branch that it was taken from.
+/// A value with the node and the branch that it was taken from.
 pub(crate) struct Taken<const D: usize> {
-    /// Its error is that of the branch alone.
+    /// The value; its error is that of the branch alone.
     pub value: Value<D>,
-    /// What it is compared with others by.
+    /// The distance plus doubts by which this value is compared with others.
     pub believed: f64,
-    /// By how much the node's branches miss the distances of its neighbours.
+    /// By how much the node's branches miss the distances of the node's neighbours.
     pub missed: f64,
-    /// By how much a way may be shorter that the node does not know as far as the point.
+    /// By how much another way may be shorter whose jet the node does not know as far as the point.
     pub unknown: f64,
+    /// The node that the value was taken from.
     pub node: u32,
+    /// The index of the branch among the branches of the node.
     pub branch: usize,
-    /// How far the point lies beyond the last of the rays that the branch rests on.
+    /// Distance of the point beyond the last of the rays that the branch rests on, in the input's
+    /// units.
     pub(super) beyond: f64,
 }
 
 impl<const D: usize> Taken<D> {
-    /// The node's branches agree with its neighbours'.
+    /// Whether the node's branches agree with those of its neighbours, within a small share of the
+    /// distance.
     pub(super) fn is_certain(&self) -> bool {
         self.value.error + self.missed.max(self.unknown) <= DOUBTFUL * self.value.distance
     }
 
-    /// With what the node's branches miss in the error.
+    /// The value with what the node's branches miss added to its error.
     pub(super) fn with_missed(mut self) -> Self {
         self.value.error += self.missed.max(self.unknown);
         self
@@ -89,8 +98,8 @@ impl<const D: usize> Taken<D> {
 }
 
 impl<const D: usize> Field<D> {
-    /// The value at a point near a node with its frame, not farther than `most` beyond the rays it rests on; `None` where
-    /// unreached.
+    /// The value at a point near a node with its frame; `None` where unreached. Branches are left
+    /// out if the point lies farther than `most` beyond the rays that they rest on.
     fn at(
         &self,
         node: u32,
@@ -107,7 +116,8 @@ impl<const D: usize> Field<D> {
                 Some(piece) => (self.by_piece(piece, branch, x, share), 0.0),
                 None => {
                     let carried = branch.jet.distance_at(v, frame.gauss);
-                    // Less sure or not known as far as the point, a branch may lead there by a shorter way.
+                    // A branch that is less sure, or is not known as far as the point, may lead
+                    // there by a shorter way.
                     let way = match carried {
                         Some((distance, error)) => distance - error,
                         None => branch.jet.distance + branch.jet.ahead(v),
@@ -136,8 +146,10 @@ impl<const D: usize> Field<D> {
         (least.value.distance <= self.max_distance).then_some(least)
     }
 
-    /// How much longer the way to a point that `v` leads to may be round an edge than straight past it, where rays that graze
-    /// the edge come round it: by how far the point lies in their shadow, and how far the edge may lie elsewhere.
+    /// How much longer the way to a point may be round a rim than straight past it, where the node
+    /// also knows rays that are diffracted round the rim. It follows from how far the point lies in
+    /// the shadow by these rays and how far the rim may lie elsewhere. `v` leads from the node to
+    /// the point.
     fn shade(&self, taken: &Taken<D>, frame: &Frame<D>, v: [f64; 2], spacing: f64) -> f64 {
         let branches = self.branches(taken.node);
         let jet = &branches[taken.branch].jet;
@@ -159,6 +171,7 @@ impl<const D: usize> Field<D> {
         longer.reduce(f64::min).unwrap_or(0.0)
     }
 
+    /// The value at a point by a piece of a source near it.
     fn by_piece(&self, piece: u32, branch: &Branch, x: &Vector<D>, share: f64) -> Value<D> {
         let piece = &self.pieces[piece as usize];
         let way = piece.way(x, share);
@@ -170,8 +183,8 @@ impl<const D: usize> Field<D> {
         }
     }
 
-    /// The value at a point to which `v` leads from a node with its frame, where the branch's jet carried there says a distance
-    /// and an error, if it does.
+    /// The value at a point that `v` leads to from a node with its frame. `carried` is the distance
+    /// with its error that the branch's jet says there, if it says one.
     fn by_branch(
         &self,
         branch: &Branch,
@@ -198,8 +211,8 @@ impl<const D: usize> Field<D> {
 }
 
 impl<const D: usize> Fields<'_, D, Atlas<D>> {
-    /// The node of the graph nearest to each point of the cloud, on the point's sheet. Charts may own points
-    /// far from them on noisy clouds.
+    /// The node of the graph nearest to each point of the cloud, on the point's sheet. It is
+    /// searched for because charts may own points that are far from them on noisy clouds.
     fn places(&self) -> &[u32] {
         self.ground.places.get_or_init(|| {
             let atlas = self.geodesics.surface();
@@ -211,7 +224,9 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
         })
     }
 
-    /// The field at the points of the cloud, in the order of [`Cloud::points`](crate::cloud::Cloud::points).
+    /// The field at the points of the cloud, in the order of
+    /// [`Cloud::points`](crate::cloud::Cloud::points). On a model, which keeps no points, it is the
+    /// field at the origins of its charts where fields are marched.
     ///
     /// O(n), in parallel.
     #[must_use]
@@ -237,8 +252,9 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The field at a node of the surface; unreached where the graph has no node near it. Where the surface goes on beyond
-    /// what is known of it, so that a way may lead there, the distance is not a number.
+    /// The field at a node of the surface; unreached where the graph has no node near it. Where the
+    /// surface goes on beyond what is known of it, so that some way may lead there, the distance is
+    /// not a number.
     #[must_use]
     pub fn at(&self, field: &Field<D>, node: &Node<D, S::Place>) -> Value<D> {
         let near = self.nearest_node(node);
@@ -254,6 +270,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         value
     }
 
+    /// The field at a node whose nearest node of the graph is given.
     fn at_near(&self, field: &Field<D>, near: Option<u32>, node: &Node<D, S::Place>) -> Value<D> {
         near.map_or_else(Value::unreached, |near| {
             if let (Some(Other::Cost(found)), Some(net)) = (&field.other, &self.ground.net) {
@@ -276,6 +293,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         Some(ray::nearest(graph, &node.point, entrance))
     }
 
+    /// The value at a point whose nearest node of the graph is given.
     pub(crate) fn at_node(
         &self,
         field: &Field<D>,
@@ -290,8 +308,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         taken.map_or_else(Value::unreached, |taken| taken.value)
     }
 
-    /// The value that a node of the graph says of a point near it, not farther than `most` beyond the rays it rests on;
-    /// `None` where unreached.
+    /// The value that a node of the graph says for a point near it; `None` where unreached.
+    /// Branches are left out if the point lies farther than `most` beyond the rays that they rest
+    /// on.
     pub(super) fn said(
         &self,
         field: &Field<D>,
@@ -309,7 +328,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         Some(taken)
     }
 
-    /// The value at a point whose nearest node of the graph is given; `None` where unreached.
+    /// The value at a point whose nearest node of the graph is given, with the branch that it was
+    /// taken from; `None` where unreached.
     pub(crate) fn taken(
         &self,
         field: &Field<D>,
@@ -322,8 +342,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let mut taken = at(node, f64::INFINITY);
         let spacing = self.ground.spacing[node as usize];
         if let Some(least) = taken.as_mut().filter(|taken| taken.beyond > 0.0) {
-            // Other rays than those it rests on lead to the point: nodes beside know of them. No distance changes by more
-            // than the way back to where both lead.
+            // Rays of another kind than those that the branch rests on lead to the point, and
+            // adjacent nodes may know them. No distance changes by more than the way back to where
+            // both kinds lead.
             let most = least.value.distance + 2.0 * least.beyond;
             least.value.error += least.beyond;
             let others = beside().chain([node]).filter_map(|other| at(other, 0.0));
@@ -340,6 +361,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         self.second_opinion(field, node, x, share, taken)
     }
 
+    /// The value at a point near a node, on surfaces of other dimensions than 2.
     fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
         let at = |node: u32| {
             let frame = self.ground.any_frames[node as usize].as_ref()?;

@@ -9,34 +9,39 @@ use crate::guess::Guide;
 use crate::surface::{Geometry, Node, named};
 use crate::{Matrix, Vector};
 
-/// A part of a vector along the surface smaller than this is rounding, and has no direction.
+/// Share of a vector below which its part along the surface is rounding and has no direction.
 const LOST: f64 = 1e-8;
 
 /// A geodesic shot from a point.
 #[derive(Clone, Debug)]
 pub struct Shot<const D: usize> {
-    /// Points on it, from the source on; where they lie between is for a step of the integration to say.
+    /// Points on the geodesic, from the source on, in the surface's coordinates, which are centred
+    /// for a cloud; the integration's step sizes decide where they lie.
     pub points: Vec<Vector<D>>,
-    /// Its length from the source to each.
+    /// Length of the geodesic from the source to each point, in the input's units.
     pub arc_length: Vec<f64>,
-    /// It was followed to its full length. Else the surface ended, or is not known well enough to go on.
+    /// Whether the geodesic was followed to its full length. If not, the surface ended, or is not
+    /// known well enough to go on.
     pub complete: bool,
-    /// Estimated error of the end: by the tolerance and the surface's own error, where rays beside spread no faster
-    /// than on a plane.
+    /// Estimated error of the end, in the input's units, by the tolerance and the surface's own
+    /// error, where neighbouring rays spread no faster than on a plane.
     pub error: f64,
-    /// The source's tangents, orthonormal, the first along the vector, in columns; k of them, the rest is 0.
+    /// The k orthonormal tangents at the source, in columns, the first along the vector; the other
+    /// columns are 0.
     pub tangents: Matrix<D>,
-    /// The same, carried along the geodesic in parallel to its end.
+    /// The tangents at the source carried in parallel along the geodesic to its end, in the same
+    /// columns.
     pub transported: Matrix<D>,
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// Follows the geodesic that leaves a node of the surface along the tangential part of a vector, as long as that
-    /// part is, in any dimension; past conjugate points and past where it is the shortest way.
+    /// Follows the geodesic that leaves a node of the surface along the tangential part of a
+    /// vector, as long as that part is. It works in any dimension, and goes on past conjugate
+    /// points and past where it is the shortest way.
     ///
     /// # Errors
     /// [`Error::NoFoot`] where the surface has no tangent space or the vector no tangential part,
-    /// [`Error::NoDirections`] of fields with costs.
+    /// [`Error::NoDirections`] for fields with costs.
     pub fn exponential(
         &self,
         source: &Node<D, S::Place>,

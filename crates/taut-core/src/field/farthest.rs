@@ -1,31 +1,36 @@
-//! Points of a cloud far from each other: each the farthest from all before it (T. F. Gonzalez, "Clustering to
-//! minimize the maximum intercluster distance", Theoretical Computer Science 38, 1985; with geodesic distances
-//! C. Moenning, N. A. Dodgson, "Fast marching farthest point sampling", 2003).
+//! Farthest point sampling: points of a cloud, each the farthest from all points before it (T. F.
+//! Gonzalez, "Clustering to minimize the maximum intercluster distance", Theoretical Computer
+//! Science 38, 1985; with geodesic distances C. Moenning, N. A. Dodgson, "Fast marching farthest
+//! point sampling", 2003).
 
 use crate::error::Error;
 use crate::field::{Fields, Settings, Source};
 use crate::surface::atlas::Atlas;
 
-/// Points of a cloud far from each other.
+/// Points of a cloud that are far from each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Farthest {
-    /// Their indices among [`Cloud::points`](crate::cloud::Cloud::points), in the order in which they were found.
+    /// Indices of the points among [`Cloud::points`](crate::cloud::Cloud::points), in the order in
+    /// which they were found.
     pub points: Vec<usize>,
-    /// Every point of the cloud lies within this distance of one of them; infinite where a piece of the surface
-    /// has none.
+    /// The largest distance of any point of the cloud from the nearest of these points, in the
+    /// input's units; infinite where a component of the surface has none of them.
     pub cover: f64,
-    /// Largest estimated error of the distances that it was found from.
+    /// Largest estimated error of the distances from which the cover was found, in the input's
+    /// units.
     pub error: f64,
 }
 
 impl<const D: usize> Fields<'_, D, Atlas<D>> {
-    /// `count` points, the first of them given, each farther from those before it than any other point is: a piece
-    /// of the surface without any comes first. `done` hears of each.
+    /// Finds `count` points, of which `first` are given. Each of the others is farther from those
+    /// before it than any other point of the cloud is; a component of the surface without any comes
+    /// first. `done` is told the index of each point that is found.
     ///
     /// # Errors
-    /// As [`from`](Self::from), and [`Error::NoSuchPoint`] where a given point is not among the cloud's.
+    /// The same errors as [`from`](Self::from), and [`Error::NoSuchPoint`] where a given point is
+    /// not among the cloud's.
     ///
-    /// A field for each, no farther than the cover so far.
+    /// Each point takes one field, no farther than the cover so far.
     pub fn farthest(
         &self,
         first: &[usize],
@@ -54,7 +59,8 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
                 break;
             }
             let node = atlas.node_of_row(rows[next] as usize);
-            // A point without a place on the surface is no source, unless it was asked for.
+            // A point without a place on the surface is no source. It is an error only if it was
+            // asked for.
             let node = match (node, asked) {
                 (Ok(node), _) => node,
                 (Err(error), Some(_)) => return Err(error),
@@ -87,7 +93,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     }
 }
 
-/// The first of the largest values.
+/// The first of the largest values, with its index.
 fn largest(values: &[f64]) -> (usize, f64) {
     let mut best = (0, f64::NEG_INFINITY);
     for (i, value) in values.iter().enumerate() {

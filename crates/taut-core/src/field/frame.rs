@@ -1,29 +1,32 @@
-//! A tangent frame with the second fundamental form, and straight steps on the surface seen from it.
+//! Tangent frames with the second fundamental form, and the straight steps on the surface that they
+//! determine.
 
 use crate::Vector;
 use crate::field::jet::norm;
 use crate::surface::Geometry;
 
-/// A point of a two-dimensional surface, its tangent plane, and how the surface bends there.
+/// A point of a two-dimensional surface with its tangent plane and its second fundamental form.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<const D: usize> {
     pub point: Vector<D>,
-    /// Orthonormal.
+    /// Two orthonormal tangent vectors e1 and e2.
     pub tangents: [Vector<D>; 2],
-    /// II(e1, e1), II(e1, e2), II(e2, e2).
+    /// The second fundamental form: II(e1, e1), II(e1, e2), II(e2, e2).
     pub second: [Vector<D>; 3],
-    /// Gauss curvature.
+    /// The Gauss curvature.
     pub gauss: f64,
 }
 
-/// What of a point's height over the surface's quadric is taken for the surface's own third order, 3/4 of
-/// which is what the fourth order of a straight step needs.
+/// Factor of a point's height over the surface's quadric in a straight step, for points on the
+/// surface. The height is taken for the surface's own third order, and the fourth order of a
+/// straight step needs 3/4 of it.
 pub(crate) const ON_SURFACE: f64 = 0.75;
-/// The height is the point's own: it lies off the surface.
+/// Factor of a point's height over the surface's quadric in a straight step, for points that lie
+/// off the surface, whose height is their own.
 pub(crate) const OFF_SURFACE: f64 = 1.0;
 
 impl<const D: usize> Frame<D> {
-    /// From the geometry at a point of the surface.
+    /// Makes the frame from the geometry at a point of the surface.
     pub fn new(point: Vector<D>, geometry: &Geometry<D>) -> Self {
         let (e, f) = (geometry.tangent(0), geometry.tangent(1));
         let (first, last) = (geometry.bend(&e), geometry.bend(&f));
@@ -31,7 +34,7 @@ impl<const D: usize> Frame<D> {
         Self::of_forms(point, [e, f], [first, both - (first + last) * 0.5, last])
     }
 
-    /// From two orthonormal tangents and the second fundamental form of them.
+    /// Makes the frame from two orthonormal tangents and the second fundamental form in them.
     pub fn of_forms(point: Vector<D>, tangents: [Vector<D>; 2], second: [Vector<D>; 3]) -> Self {
         let gauss = second[0].dot(&second[2]) - second[1].norm_squared();
         Self {
@@ -48,29 +51,29 @@ impl<const D: usize> Frame<D> {
         (first + 2.0 * both + last).sqrt()
     }
 
-    /// Tangent coordinates of a vector.
+    /// The tangent coordinates of a vector.
     pub fn coordinates(&self, v: &Vector<D>) -> [f64; 2] {
         [v.dot(&self.tangents[0]), v.dot(&self.tangents[1])]
     }
 
-    /// The vector of tangent coordinates.
+    /// The vector that has these tangent coordinates.
     pub fn vector(&self, [a, b]: [f64; 2]) -> Vector<D> {
         self.tangents[0] * a + self.tangents[1] * b
     }
 
-    /// II(v, e1) and II(v, e2).
+    /// The vectors II(v, e1) and II(v, e2).
     fn bends(&self, [a, b]: [f64; 2]) -> [Vector<D>; 2] {
         let [first, both, last] = &self.second;
         [first * a + both * b, both * a + last * b]
     }
 
-    /// II(u, v).
+    /// The second fundamental form II(u, v).
     pub fn bend(&self, u: [f64; 2], v: [f64; 2]) -> Vector<D> {
         let [first, last] = self.bends(u);
         first * v[0] + last * v[1]
     }
 
-    /// The frame with another pair of tangents, the first of which is given.
+    /// The frame with another pair of tangents, the first of which is given in tangent coordinates.
     pub fn turned(&self, first: [f64; 2]) -> Self {
         let [c, s] = first;
         let last = [-s, c];
@@ -85,7 +88,8 @@ impl<const D: usize> Frame<D> {
         }
     }
 
-    /// The frame turned along a vector, its second tangent to the side given.
+    /// The frame turned so that its first tangent points along a vector and its second to the side
+    /// given.
     pub fn facing(&self, ahead: &Vector<D>, side: &Vector<D>) -> Option<Self> {
         let ahead = self.coordinates(ahead);
         let inverse = norm(ahead).recip();
@@ -99,9 +103,10 @@ impl<const D: usize> Frame<D> {
         Some(frame)
     }
 
-    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates:
-    /// v = w + <(1/6 - |II(w, .)|^2 / 40) II(w, w) + share z, II(w, .)>, w the tangential part of the chord and
-    /// z the height over the quadric. The length's error is of fifth order in a step along a plane curve.
+    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent
+    /// coordinates. It is v = w + <(1/6 - |II(w, .)|^2 / 40) II(w, w) + share z, II(w, .)>, where w
+    /// is the tangential part of the chord and z the height over the quadric. In a step along a
+    /// plane curve the error of the length is of fifth order.
     pub fn log(&self, x: &Vector<D>, share: f64) -> [f64; 2] {
         let chord = x - self.point;
         let w = self.coordinates(&chord);
@@ -118,7 +123,8 @@ impl<const D: usize> Frame<D> {
         length * (length * self.curvature()).powi(4) / 24.0
     }
 
-    /// By how much the lengths of the straight step to another frame, seen from its two ends, differ.
+    /// By how much the lengths of the straight step to another frame, seen from its two ends,
+    /// differ, with the estimated error of the step.
     pub fn disagreement(&self, other: &Self) -> f64 {
         let [there, back] = [
             self.log(&other.point, ON_SURFACE),
@@ -127,7 +133,7 @@ impl<const D: usize> Frame<D> {
         (norm(there) - norm(back)).abs() + self.log_error(norm(there))
     }
 
-    /// 1 if the other frame, nearby, turns the same way, -1 if not.
+    /// The relative orientation of another frame nearby: 1 if it turns the same way, -1 if not.
     pub fn handedness(&self, other: &Self) -> f64 {
         let [a, b] = other.coordinates(&self.tangents[0]);
         let [c, d] = other.coordinates(&self.tangents[1]);

@@ -1,30 +1,35 @@
-//! Jets of a distance: value, gradient, curvature of the front and its change, carried over a step.
+//! Jets of a distance: its value, its gradient, the curvature of its front and the derivative of
+//! that, carried over a step.
 //!
-//! A step is made in the surface of constant curvature K, the mean of both ends: with sn, cs and md its
-//! sine, cosine and (1 - cs) / K, the distance grows by delta where
-//! sn(delta) + kappa md(delta) = sn(s) cos(theta) + kappa md(s), s the length of the step and theta its
-//! angle to the gradient; kappa' = -kappa^2 - K (Riccati) along rays.
+//! A step is made in the surface of constant curvature K, the mean of the curvatures at both ends.
+//! With sn and cs its sine and cosine and md = (1 - cs) / K, the distance grows by delta where
+//! sn(delta) + kappa md(delta) = sn(s) cos(theta) + kappa md(s). Here kappa is the curvature of the
+//! front, s the length of the step and theta its angle to the gradient. Along rays
+//! kappa' = -kappa^2 - K (Riccati).
 
 use std::f64::consts::{PI, TAU};
 
 use crate::Vector;
 use crate::field::frame::{Frame, ON_SURFACE};
 
-/// A distance near a point with a frame.
+/// The Taylor expansion of a distance near a point with a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Jet {
+    /// The distance at the point, in the input's units.
     pub distance: f64,
-    /// Unit gradient in the frame's tangent coordinates.
+    /// The unit gradient, in the frame's tangent coordinates.
     pub gradient: [f64; 2],
-    /// Geodesic curvature of the front, positive where rays spread.
+    /// The geodesic curvature of the front, in inverse units of length; positive where rays spread.
     pub curvature: f64,
-    /// Its derivative along the front, to the left of the gradient in the frame.
+    /// The derivative of the front curvature along the front, to the left of the gradient in the
+    /// frame.
     pub change: f64,
-    /// Estimated error of that.
+    /// Estimated error of the derivative of the front curvature.
     pub change_error: f64,
-    /// How far along the front the jet may be used, to the right and to the left of the gradient in the frame.
+    /// How far along the front the jet may be used, to the right and to the left of the gradient in
+    /// the frame, in the input's units.
     pub width: [f64; 2],
-    /// Estimated error of the distance by the step that carried the jet here.
+    /// Estimated error of the distance because of the step that carried the jet here.
     pub step_error: f64,
     pub heading: Heading,
 }
@@ -32,20 +37,23 @@ pub(crate) struct Jet {
 /// The direction at the source of the ray that arrives.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Heading {
-    /// In the tangent coordinates of the source's frame.
+    /// The angle of the direction in the tangent coordinates of the source's frame, in radians. For
+    /// a ray that leaves a curve at right angles it is the ray's place on the curve instead.
     pub angle: f64,
-    /// Its derivative along the front, to the left of the gradient: 1 / J, negative where left at the source
-    /// is right here, and 0 where the ray came round a rim.
+    /// The derivative of the angle along the front, to the left of the gradient. It is 1 / J,
+    /// negative where left at the source is right here, and 0 where the ray came round a rim (the
+    /// boundary of the surface).
     pub turn: f64,
-    /// Its second derivative along the front.
+    /// The second derivative of the angle along the front.
     pub bow: f64,
-    /// Between which angles there are rays of the kind, where not all round. Of rays that leave a curve square to it
-    /// the angle is their place on it instead.
+    /// The interval of angles in which there are rays of the same kind; `None` where they leave all
+    /// round. For rays that leave a curve at right angles it is an interval of places on the curve.
     pub range: Option<[f64; 2]>,
 }
 
 impl Heading {
-    /// All rays that come round a point of a rim left the source in the same direction.
+    /// The heading of a ray diffracted at a point of a rim: all rays that come round that point
+    /// left the source in the same direction.
     pub fn same(angle: f64) -> Self {
         Self {
             angle,
@@ -53,12 +61,12 @@ impl Heading {
         }
     }
 
-    /// The ray came round a rim.
+    /// Whether the ray came round a rim.
     pub fn is_bent(&self) -> bool {
         self.turn == 0.0
     }
 
-    /// The angle from this to another of the same kind.
+    /// The angle from this heading to another of the same kind.
     pub fn turned_to(&self, other: &Self) -> f64 {
         if self.range.is_some() {
             other.angle - self.angle
@@ -67,13 +75,14 @@ impl Heading {
         }
     }
 
-    /// How far along the front it is back to where there are rays of the kind.
+    /// How far along the front it is back to where there are rays of the same kind; 0 where there
+    /// are some here.
     pub fn beyond(&self) -> f64 {
         let off = |[from, to]: [f64; 2]| (from - self.angle).max(self.angle - to).max(0.0);
         self.range.map_or(0.0, |range| off(range) / self.turn.abs())
     }
 
-    /// How far along the front rays spread alike.
+    /// How far along the front rays spread nearly evenly.
     pub fn even(&self, spacing: f64) -> f64 {
         if self.range.is_some() || self.is_bent() {
             return f64::INFINITY;
@@ -81,45 +90,52 @@ impl Heading {
         (WIDE * spacing).min(EVEN * (self.turn / self.bow).abs())
     }
 
-    /// How wide the rays of the kind are here.
+    /// The width, along the front, of the strip that rays of this kind fill here.
     pub fn width(&self) -> f64 {
         self.range
             .map_or(f64::INFINITY, |[from, to]| (to - from) / self.turn.abs())
     }
 
-    /// The angle this far along the front.
+    /// The angle at a distance `arc` along the front.
     fn at(&self, arc: f64) -> f64 {
         self.angle + arc * (self.turn + 0.5 * arc * self.bow)
     }
 }
 
-/// A jet may be used so many spacings of the graph's nodes along its front, ...
+/// How far a jet may be used along its front, in spacings of the graph's nodes.
 pub(crate) const WIDE: f64 = 2.0;
-/// ... and as far as the rays' spread changes by no more than this share.
+/// Most by which the spread of rays may change along the part of a front on which a jet is used, as
+/// a share of the spread.
 const EVEN: f64 = 0.5;
-/// Most curvature of the surface, times the square of the step: more is noise, and the series end.
+/// Largest Gauss curvature times the square of the step: more is taken for noise, and the series
+/// end there.
 const MOST_BENT: f64 = 0.3;
-/// A front is a circle about the source where its curvature and 1 / J differ by less than this share.
+/// Largest difference, as a share, between the front curvature and 1 / J where a front counts as a
+/// circle about the source.
 const CIRCLE: f64 = 0.1;
-/// Rays drawing together must not come nearer than this share of their distance in one step.
+/// Least distance, as a share of the distance before the step, that rays which draw together must
+/// keep in one step.
 const FOCUS: f64 = 0.1;
 
-/// Square of how much longer than the step the growth may come out.
+/// Square of the largest ratio of the growth of the distance to the length of the step, above which
+/// a step is refused.
 const LONGER: f64 = 1.01;
 
-/// A step of the distance.
+/// The growth of a distance over a step.
 pub(crate) struct Growth {
-    /// By how much the distance grows.
+    /// By how much the distance grows, in the input's units.
     pub delta: f64,
-    /// By how much the front spreads on the way.
+    /// The factor by which the front spreads on the way.
     pub spread: f64,
-    /// Sine and cosine of delta.
+    /// The generalised sine of delta.
     sn: f64,
+    /// The generalised cosine of delta.
     cs: f64,
 }
 
 impl Jet {
-    /// A jet of rays that spread as from a point, or along a circle.
+    /// A jet of rays that spread as from a point, or along a circle, so that the front curvature is
+    /// constant along the front.
     pub fn new(distance: f64, gradient: [f64; 2], curvature: f64, heading: Heading) -> Self {
         Self {
             distance,
@@ -133,7 +149,8 @@ impl Jet {
         }
     }
 
-    /// A source at the frame's own point sees `to` at a distance; the jet there, in the frame of `to`.
+    /// The jet, in the frame of `to`, of the distance from a source at the point of `from`, where
+    /// the distance is `start`.
     pub fn of_point<const D: usize>(from: &Frame<D>, start: f64, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
         let length = norm(v);
@@ -152,7 +169,8 @@ impl Jet {
         })
     }
 
-    /// The distance at tangent coordinates `v`, and the estimated error of the step; `None` beyond where rays meet.
+    /// The distance at tangent coordinates `v`, and the estimated error of the step; `None` where
+    /// the jet does not count, as beyond where rays meet.
     pub fn distance_at(&self, v: [f64; 2], gauss: f64) -> Option<(f64, f64)> {
         let [x, y] = self.split(v);
         let growth = grow(self.curvature, x, y, gauss)?;
@@ -164,7 +182,7 @@ impl Jet {
         })
     }
 
-    /// The jet carried from its frame to another one.
+    /// The jet carried from its frame to another frame; `None` where the jet does not count there.
     pub fn carried<const D: usize>(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
         let back = to.log(&from.point, ON_SURFACE);
@@ -175,6 +193,8 @@ impl Jet {
         if !self.covers(x, front) {
             return None;
         }
+        // The direction at the end follows from the step in the surface of constant curvature, seen
+        // from the arriving step.
         let hand = from.handedness(to);
         let arrival = norm(back);
         let length = norm(v);
@@ -220,7 +240,8 @@ impl Jet {
         })
     }
 
-    /// The angle at the source of the ray through tangent coordinates `v`; of the jet's own where none is known.
+    /// The angle at the source of the ray through tangent coordinates `v`; the angle of the jet's
+    /// own ray where none is known there.
     pub fn angle_at(&self, v: [f64; 2], gauss: f64) -> f64 {
         let [x, y] = self.split(v);
         let growth = grow(self.curvature, x, y, gauss);
@@ -230,17 +251,19 @@ impl Jet {
         })
     }
 
-    /// Whether the jet may be carried so far ahead, and so far along the front to the left. Rays that left a point all round are
-    /// not followed past where they meet: that may be a caustic.
+    /// Whether the jet may be carried by `ahead` along the gradient and `front` along the front to
+    /// the left. Rays that left a point in all directions are not followed past where they meet,
+    /// which may be a caustic.
     fn covers(&self, ahead: f64, front: f64) -> bool {
         let is_round = self.heading.range.is_none() && !self.heading.is_bent();
-        // Behind a front that is a circle about the source there is the source itself, and no caustic.
+        // Behind a front that is a circle about the source lies the source itself, and no caustic.
         let about_source = (self.curvature / self.heading.turn.abs() - 1.0).abs() < CIRCLE;
         let meet = is_round && !about_source && 1.0 + self.curvature * ahead < FOCUS;
         !meet && -self.width[0] <= front && front <= self.width[1]
     }
 
-    /// How far along the front it is back from tangent coordinates `v` to where there are rays of the kind.
+    /// How far along the front it is from tangent coordinates `v` back to where there are rays of
+    /// the same kind.
     pub fn beyond_at(&self, v: [f64; 2], gauss: f64) -> f64 {
         let [x, y] = self.split(v);
         let growth = self
@@ -253,13 +276,13 @@ impl Jet {
         })
     }
 
-    /// The heading of the ray that leads to a place `ahead` along the gradient, which meets the front so far to the left
-    /// and then spreads.
+    /// The heading of the ray that leads to a place `ahead` along the gradient. That ray meets the
+    /// front by `front` to the left of the jet, and then spreads by the factor `spread`.
     fn heading_after(&self, ahead: f64, front: f64, spread: f64, gauss: f64) -> Heading {
-        // Along the front itself: it is a circle in the surface of constant curvature.
+        // The arc along the front itself, which is a circle in the surface of constant curvature.
         let circle = self.curvature * self.curvature + gauss;
         let arc = if 1.0 + self.curvature * ahead < 0.0 && circle > 0.0 {
-            // Beyond its centre rays come from the far half of it.
+            // Beyond the circle's centre, rays come from its far half.
             let sine = (front * circle.sqrt()).abs().min(1.0);
             (PI - sine.asin()).copysign(front) / circle.sqrt()
         } else {
@@ -278,25 +301,25 @@ impl Jet {
         self.split(v)[0]
     }
 
-    /// Along the gradient and to the left of it.
+    /// The components of `v` along the gradient and to the left of it.
     fn split(&self, v: [f64; 2]) -> [f64; 2] {
         let g = self.gradient;
         [g[0] * v[0] + g[1] * v[1], g[0] * v[1] - g[1] * v[0]]
     }
 }
 
-/// The growth of the distance over a step x along the gradient and y to the side, on a front of curvature
-/// `kappa` in a surface of curvature `gauss`.
+/// The growth of the distance over a step x along the gradient and y to the side, on a front of
+/// curvature `kappa` in a surface of Gauss curvature `gauss`; `None` where rays meet.
 pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
     let squared = x * x + y * y;
     let bent = (gauss * squared).clamp(-MOST_BENT, MOST_BENT);
     let gauss = if squared > 0.0 { bent / squared } else { gauss };
-    // The right-hand side, sn and md by their series.
+    // This is the right-hand side of the equation for delta, with sn and md by their series.
     let sine = 1.0 - bent / 6.0 * (1.0 - bent / 20.0 * (1.0 - bent / 42.0));
     let versine = 0.5 - bent / 24.0 * (1.0 - bent / 30.0 * (1.0 - bent / 56.0));
     let reached = x * sine + kappa * squared * versine;
     let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
-    // In t = tn(delta / 2) the left-hand side makes it a quadratic equation, whose root this is.
+    // In t = tn(delta / 2) the equation for delta is quadratic; `t` is its root.
     let least = if kappa < 0.0 { FOCUS * FOCUS } else { 0.0 };
     if discriminant <= least || discriminant.is_nan() {
         return None;
@@ -320,13 +343,13 @@ pub(crate) fn turned_by(from: f64, to: f64) -> f64 {
     (to - from + PI).rem_euclid(TAU) - PI
 }
 
-/// Length of tangent coordinates.
+/// The length of a vector in tangent coordinates.
 pub(crate) fn norm([a, b]: [f64; 2]) -> f64 {
     (a * a + b * b).sqrt()
 }
 
-/// The gradient as a vector at the point that `v` leads to, where the front has turned: carried along and
-/// bent with the surface. Its error is of second order in `v`.
+/// The gradient as a vector at the point that `v` leads to, where the front has turned: the
+/// gradient is carried along and bent with the surface. Its error is of second order in `v`.
 pub(crate) fn direction_at<const D: usize>(frame: &Frame<D>, jet: &Jet, v: [f64; 2]) -> Vector<D> {
     let [x, y] = jet.split(v);
     let (ahead, left) = (1.0 + jet.curvature * x, jet.curvature * y);
@@ -335,7 +358,8 @@ pub(crate) fn direction_at<const D: usize>(frame: &Frame<D>, jet: &Jet, v: [f64;
     bent(frame, turned, v)
 }
 
-/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero vector.
+/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero
+/// vector.
 pub(crate) fn bent<const D: usize>(frame: &Frame<D>, tangent: [f64; 2], v: [f64; 2]) -> Vector<D> {
     let vector = frame.vector(tangent) + frame.bend(v, tangent);
     vector.try_normalize(0.0).unwrap_or_else(Vector::zeros)
@@ -359,8 +383,8 @@ mod tests {
         Frame::new(x, &geometry)
     }
 
-    /// Steps between points of the unit sphere, whose distance from a pole is known, in all directions: of
-    /// fifth order in the length of the step.
+    /// Steps between points of the unit sphere, whose distance from a pole is known, in all
+    /// directions: the error is of fifth order in the length of the step.
     #[test]
     fn steps_on_the_sphere_are_of_fifth_order() {
         let pole = frame([0.0, 0.0, 1.0]);

@@ -1,17 +1,18 @@
-//! Places on rays, and the ray between two of them.
+//! Knots, which are places on rays, and interpolation of the ray between two of them.
 
 use crate::Vector;
 use crate::correction::length::HeightErrors;
 use crate::field::frame::Frame;
 
-/// A place on a ray.
+/// A place on a ray, with the frame and the Jacobi field there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot<const D: usize, P> {
-    /// From the source.
+    /// Length of the ray from the source to here, in the input's units.
     pub length: f64,
-    /// The first tangent is the ray's, the second beside it, to the same side all along.
+    /// The frame here. Its first tangent is the ray's; its second lies to the same side all along
+    /// the ray.
     pub frame: Frame<D>,
-    /// J and J', 0 and 1 at the source.
+    /// The Jacobi field J and its derivative J' along the ray; a point source has J = 0 and J' = 1.
     pub jacobi: [f64; 2],
     pub place: P,
     /// The nearest node of the graph.
@@ -21,7 +22,7 @@ pub(crate) struct Knot<const D: usize, P> {
 }
 
 impl<const D: usize, P> Knot<D, P> {
-    /// The start of the ray that leaves a point with its frame at an angle.
+    /// The knot at the start of a ray that leaves a point with its frame at an angle.
     pub fn leaving(frame: &Frame<D>, angle: f64, place: P, near: u32) -> Self {
         Self {
             length: 0.0,
@@ -34,8 +35,8 @@ impl<const D: usize, P> Knot<D, P> {
     }
 }
 
-/// The ray between two knots: quintic in the point, whose first two derivatives the knots know, and in J.
-/// Place, nearest node and height errors are the first knot's.
+/// The knot at a length between two knots of a ray. The point and J are quintic: the knots know
+/// their first two derivatives. Place, nearest node and height errors are the first knot's.
 pub(crate) fn between<const D: usize, P: Copy>(
     pair: [&Knot<D, P>; 2],
     length: f64,
@@ -76,7 +77,8 @@ pub(crate) fn between<const D: usize, P: Copy>(
     })
 }
 
-/// Weights of value, slope and second derivative at 0 and then at 1 of the quintic at s, and of its slope.
+/// The weights of value, slope and second derivative at 0 and then at 1, in the value of the
+/// quintic at s and in its slope.
 fn hermite(s: f64) -> ([f64; 6], [f64; 6]) {
     let (s2, s3) = (s * s, s * s * s);
     let (s4, s5) = (s2 * s2, s2 * s3);

@@ -1,5 +1,6 @@
-//! The logarithmic map of a source and parallel transport along the shortest geodesics, from the same jets as the
-//! distances: they know the direction in which the ray that arrives left the source.
+//! The logarithmic map at a source, and parallel transport along the shortest geodesics. Both come
+//! from the same jets as the distances, which know the direction in which the arriving ray left the
+//! source.
 
 use crate::Vector;
 use crate::correction;
@@ -15,40 +16,44 @@ use crate::parallel;
 use crate::surface::atlas::Atlas;
 use crate::surface::{Geometry, Node};
 
-/// Where rays draw together and angles are more uncertain than this, in radians, paths are pulled taut.
+/// Error of an angle, in radians, above which paths are pulled taut where rays draw together.
 const DOUBTFUL: f64 = 1e-2;
 
-/// A path goes the way of a distance that differs from its length by no more than the error and this share.
+/// Largest share of a distance, beyond its error, by which a path's length may differ from it for
+/// both to be the same way.
 const SAME_WAY: f64 = 1e-4;
 
-/// Most that directions are wrong by: opposite ones, over the distance.
+/// Largest error of a direction, as the chord between unit vectors: that of opposite directions.
 const MOST: f64 = 2.0;
 
-/// The tangent vector at a source whose geodesic leads to a point.
+/// The logarithm of a point: the tangent vector at a source whose geodesic leads to the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Logarithm<const D: usize> {
-    /// In the coordinates of [`Fields::source_tangents`]; as long as the geodesic.
+    /// The vector in the coordinates of [`Fields::source_tangents`]; it is as long as the geodesic.
     pub vector: [f64; 2],
-    /// Estimated error of its end.
+    /// Estimated error of the vector's end, in the input's units.
     pub error: f64,
-    /// The nearest source.
+    /// The index of the nearest source.
     pub source: u32,
-    /// The source's two tangents, carried along the geodesic in parallel. `None` where the way bends round a hole or
-    /// the direction is not known, which the error says.
+    /// The source's two tangents, carried in parallel along the geodesic to the point. `None` where
+    /// the way is diffracted round a hole or where the direction is not known; the error then says
+    /// so.
     pub transported: Option<[Vector<D>; 2]>,
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The orthonormal tangents at a source that its logarithms are given in.
+    /// The two orthonormal tangents at a source in which its logarithms are given.
     #[must_use]
     pub fn source_tangents(&self, field: &Field<D>, source: u32) -> Option<[Vector<D>; 2]> {
         field.pieces.get(source as usize).map(|s| s.frame.tangents)
     }
 
-    /// The logarithm of a node of the surface at its nearest source; `None` where unreached.
+    /// The logarithm of a node of the surface at its nearest source; `None` where the node is
+    /// unreached.
     ///
     /// # Errors
-    /// [`Error::NoDirections`] on surfaces of other dimensions than 2, with costs, on rough clouds and of curves.
+    /// [`Error::NoDirections`] on surfaces of other dimensions than 2, with costs, on rough clouds,
+    /// and for distances from curves.
     pub fn logarithm(
         &self,
         field: &Field<D>,
@@ -61,6 +66,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         Ok(self.logarithm_at(field, node, &mut geometry))
     }
 
+    /// The logarithm of a node, on fields found by rays from points.
     fn logarithm_at(
         &self,
         field: &Field<D>,
@@ -92,7 +98,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         })
     }
 
-    /// The angle at the source of the ray that arrives, its estimated error, and the source's tangents carried along.
+    /// The angle at the source of the ray that arrives at a node, its estimated error, and the
+    /// source's tangents carried in parallel to the node.
     fn arrival(
         &self,
         field: &Field<D>,
@@ -118,7 +125,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         Some((jet.heading.angle, error, transported))
     }
 
-    /// Where rays draw together, directions are those of the path pulled taut; `None` where it is not the shortest.
+    /// The jet at a node by the path pulled taut, with the error of its directions. It serves where
+    /// rays draw together; `None` where the path is not the shortest.
     fn polished(
         &self,
         field: &Field<D>,
@@ -163,7 +171,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         Some((jet, steps[0].max(steps[1]) + settings.tolerance))
     }
 
-    /// The jet of a branch at a frame near its node.
+    /// The jet of a branch at a frame near the branch's node.
     fn jet_at(&self, field: &Field<D>, node: u32, branch: &Branch, here: &Frame<D>) -> Option<Jet> {
         if let Some(piece) = branch.piece {
             return Jet::of_point(&field.pieces[piece as usize].frame, 0.0, here);
@@ -172,7 +180,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         branch.jet.carried(from, here)
     }
 
-    /// By how much the angle at the source differs in the mean from what the nodes beside say, who are farther off.
+    /// The mean difference between the angle at the source of a jet and the angles that the
+    /// adjacent nodes, which are farther off, say.
     fn angle_error(
         &self,
         field: &Field<D>,
@@ -201,13 +210,14 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 }
 
 impl<const D: usize> Fields<'_, D, Atlas<D>> {
-    /// The logarithms of the points of the cloud, in the order of [`Cloud::points`](crate::cloud::Cloud::points);
-    /// `None` where unreached or where a point has no foot.
+    /// The logarithms of the points of the cloud, in the order of
+    /// [`Cloud::points`](crate::cloud::Cloud::points); `None` where a point is unreached or has no
+    /// foot.
     ///
     /// O(n), in parallel.
     ///
     /// # Errors
-    /// As [`logarithm`](Self::logarithm).
+    /// The same errors as [`logarithm`](Self::logarithm).
     pub fn logarithms(&self, field: &Field<D>) -> Result<Vec<Option<Logarithm<D>>>, Error> {
         if field.other.is_some() || field.is_of_curve() {
             return Err(Error::NoDirections);
@@ -223,7 +233,8 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     }
 }
 
-/// The source's tangents at the end of the geodesic that a jet arrives by, where they keep their angle to it.
+/// The source's tangents at the end of the geodesic that a jet arrives by. Parallel transport keeps
+/// their angle to the geodesic.
 fn transported<const D: usize>(here: &Frame<D>, jet: &Jet) -> [Vector<D>; 2] {
     let [a, b] = jet.gradient.map(|g| g / norm(jet.gradient));
     let hand = 1_f64.copysign(jet.heading.turn);

@@ -1,5 +1,5 @@
-//! Where no ray comes by in the shadow of holes, or only one that goes a long way round, distances are carried on along
-//! the graph.
+//! Distances carried on along the graph, where no ray comes by in the shadow of holes, or only a
+//! ray that goes a long way round.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -10,13 +10,14 @@ use crate::field::jet::{Heading, Jet, norm};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 
-/// Cosine between a jet's gradient and a step along which it may be carried: upwind only, and hardly to the
-/// side, as the hole's rim may be in the way.
+/// Least cosine between a jet's gradient and a step along which the jet may be carried: upwind only
+/// and hardly to the side, as the rim of the hole may be in the way.
 const UPWIND: f64 = 0.985;
-/// Estimated error of a step, relative: nodes lie about half a spacing off the way round a hole.
+/// Estimated relative error of a step: nodes lie about half a spacing off the way round a hole.
 const ROUGH: f64 = 0.02;
 
-/// A node with a distance that others may take up, least first.
+/// A node with a distance that neighbouring nodes may take up; in a heap the least distance comes
+/// first.
 #[derive(PartialEq)]
 pub(crate) struct Waiting {
     pub distance: f64,
@@ -40,9 +41,10 @@ impl PartialOrd for Waiting {
     }
 }
 
-/// Gives a branch to each node within reach that has none, from its neighbours in the order of distance:
-/// the neighbour's jet where the step goes along its gradient, else the neighbour as a new source. Where rays bend round
-/// rims some may be missing: then nodes whose ways are longer than that by more than the step itself get one too.
+/// Gives a branch to each node within reach that has none, from its neighbours in the order of
+/// distance. The neighbour's jet is carried where the step goes along its gradient; else the
+/// neighbour counts as a new source. Where rays are diffracted at rims, some may be missing: then
+/// nodes whose ways are longer than this by more than the step itself get a new branch too.
 pub(crate) fn carry_on<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
     frames: &[Option<Frame<D>>],
@@ -101,7 +103,7 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
     }
 }
 
-/// A branch carried to another frame.
+/// A branch carried over a step to another frame.
 fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Option<Branch> {
     let v = from.log(&to.point, ON_SURFACE);
     let length = norm(v);

@@ -1,8 +1,12 @@
-//! Fields of geodesic distances: from one or several sources, or from a curve, to everywhere on a two-dimensional surface.
+//! Fields of geodesic distances from one or several points, or from a curve, to everywhere on a
+//! surface.
 //!
-//! Rays leave the sources, geodesics that carry their Jacobi fields; the nodes of the graph take distance,
-//! gradient and front curvature from the rays near them, and points from their nearest node. This takes the
-//! place of correcting the path to every node [3.2, 3.3].
+//! On smooth two-dimensional surfaces, rays leave the sources: geodesics that carry their Jacobi
+//! fields. The nodes of the graph take distance, gradient and front curvature (the geodesic
+//! curvature of a distance front) from the rays near them, and points take them from their nearest
+//! node. This takes the place of correcting the path to every node [3.2, 3.3]. Surfaces of other
+//! dimensions use rays with matrices of Jacobi fields (`manifold`); rough clouds and costs use a
+//! march over points (`cost`). A rim is a part of the boundary of the surface.
 //!
 //! ```
 //! use taut_core::field::{Fields, Settings, Source};
@@ -79,18 +83,20 @@ use piece::Piece;
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<const D: usize, P> {
-    /// Where it lies.
+    /// The source's node on the surface.
     pub node: Node<D, P>,
-    /// The distance there, in the input's units.
+    /// The distance at the source itself, in the input's units; it is added to all distances from
+    /// there.
     pub start: f64,
 }
 
 /// How accurate a field is to be and how far it goes.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Relative error of the rays that carry the distances. What lies between rays is interpolated.
+    /// Relative error that is allowed in the rays that carry the distances. What lies between rays
+    /// is interpolated.
     pub tolerance: f64,
-    /// Distances beyond this, in the input's units, are not looked for.
+    /// The largest distance, in the input's units, that is looked for.
     pub max_distance: f64,
 }
 
@@ -111,39 +117,48 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
 
 /// What every field of a surface starts from. It can be kept beside the surface, see [`Fields::on`].
 pub struct Ground<const D: usize, P> {
-    /// Of the graph's nodes; `None` where the surface has no foot or no tangent plane.
+    /// The frame at each node of the graph, on surfaces of dimension 2; `None` where the surface
+    /// has no foot or no tangent plane.
     frames: Vec<Option<Frame<D>>>,
-    /// The same on surfaces of other dimensions than 2.
+    /// The frame at each node of the graph, on surfaces of other dimensions than 2; `None` where
+    /// the surface has no foot or no tangent space.
     any_frames: Vec<Option<manifold::frame::Frame<D>>>,
-    /// The points with their costs, where there are any.
+    /// The points with their costs, where fields are marched over points.
     net: Option<cost::Net<D>>,
-    /// Distance from each node of the graph to its nearest ones, or nearly that around it if that is more.
+    /// The spacing at each node of the graph, in the input's units: the mean distance to its
+    /// nearest neighbours, or nearly the mean around it if that is more.
     spacing: Vec<f64>,
-    /// The surface errs nowhere by much of a spacing, as it does beside outliers.
+    /// Whether the surface errs nowhere by much of a spacing, as it does beside outliers.
     is_smooth: bool,
+    /// The corners on the rims of the surface, for diffraction round them.
     rims: Rims<D, P>,
-    /// The node nearest to each point of a cloud, once they have been asked for.
+    /// The node nearest to each point of a cloud, once it has been asked for.
     places: OnceLock<Vec<u32>>,
 }
 
 /// The distance from one or several sources, all over a surface.
 #[derive(Clone, Debug)]
 pub struct Field<const D: usize> {
-    /// Of the rays.
+    /// Relative error that was allowed in the rays.
     tolerance: f64,
-    /// At each node of the graph, least distance first.
+    /// Where the branches of each node of the graph begin in `branches`; one entry more than there
+    /// are nodes.
     starts: Vec<u32>,
+    /// The branches of all nodes, one node after the other, the shortest to be believed first at
+    /// each.
     branches: Vec<Branch>,
-    /// A source each, or all of one curve.
+    /// What distances are measured from near a source: one piece a point source, or the pieces of
+    /// the one curve.
     pieces: Vec<Piece<D>>,
-    /// The nodes of the graph nearest to them.
+    /// The node of the graph nearest to each piece.
     piece_nodes: Vec<Option<u32>>,
+    /// The largest distance, in the input's units, that was looked for.
     max_distance: f64,
-    /// All there is on surfaces of other dimensions than 2 and with costs.
+    /// The whole field on surfaces of other dimensions than 2 and where it was marched over points.
     other: Option<Other<D>>,
 }
 
-/// Fields that are not found by rays between rays.
+/// A field that is not interpolated between rays on a two-dimensional surface.
 #[derive(Clone, Debug)]
 enum Other<const D: usize> {
     Manifold(manifold::Found<D>),
@@ -164,28 +179,36 @@ impl<const D: usize> Field<D> {
     }
 }
 
-/// Rays on a noisy surface need not be more accurate.
+/// Least relative error that is asked of rays on a surface with detail or noise, where more
+/// accuracy is of no use.
 const NOISY_TOLERANCE: f64 = 1e-4;
-/// Median error of the surface's height, in spacings of the graph's nodes, above which rays scatter.
+/// Median error of the surface's height, in spacings of the graph's nodes, above which rays
+/// scatter.
 const ROUGH: f64 = 1e-4;
-/// Charts of a model may be so large that rays say nothing of what lies between: they serve where there are so many, and the
-/// surface turns by no more radians than this over the spacing of so large a share of them.
+/// Least number of charts of a model for which rays serve: the charts may be so large that rays say
+/// nothing of what lies between them.
 const FEWEST: usize = 64;
+/// Most radians that the surface may turn over the spacing of the graph's nodes, at the share
+/// [`MOST`] of a model's charts, for rays to serve.
 const RESOLVED: f64 = 0.3;
+/// Share of a model's charts at which the surface must turn by at most [`RESOLVED`] for rays to
+/// serve.
 const MOST: f64 = 0.95;
-/// Error of the surface's height at any node, in spacings, above which geodesics prove nothing of distances.
+/// Error of the surface's height at any node, in spacings, above which geodesics prove nothing
+/// about distances.
 const TORN: f64 = 1e-2;
-/// Neighbours of a node whose mean distance is its spacing.
+/// Number of nearest neighbours of a node whose mean distance is its spacing.
 const NEAREST: usize = 4;
-/// Nodes right beside each other are at most this many spacings apart.
+/// Most distance, in spacings, between nodes that count as adjacent.
 const ADJACENT: f64 = 1.5;
-/// The spacing of a node is at least this share of its neighbours' mean.
+/// Least spacing of a node, as a share of its neighbours' mean spacing.
 const CROWDED: f64 = 0.8;
-/// Jets near neighbours so many spacings away are looked at.
+/// Largest distance, in spacings, of the neighbouring nodes whose jets a node takes into account.
 const BESIDE: f64 = 2.6;
 
 impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
-    /// Finds the tangent spaces and curvatures at the nodes of the surface's graph, which every field uses.
+    /// Finds the tangent spaces and curvatures at the nodes of the surface's graph, which every
+    /// field uses.
     ///
     /// O(n) in the nodes of the graph, in parallel.
     #[must_use]
@@ -229,8 +252,9 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         &self.ground
     }
 
-    /// The distance from the nearest of the sources, each with its start value added: from points, or from a curve.
-    ///
+    /// The distance from the nearest of the sources, which are points or a curve; each source's
+    /// start value is added.
+    ///     
     /// Unreached parts of the surface, and those beyond the largest distance, are infinitely far.
     ///
     /// # Errors
@@ -277,14 +301,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         }
     }
 
-    /// The edges from a node to those right beside it.
+    /// The edges from a node to the nodes adjacent to it.
     fn adjacent(&self, node: u32) -> impl Iterator<Item = &Edge> {
         let farthest = ADJACENT * self.ground.spacing[node as usize];
         let edges = self.geodesics.graph().edges(node).iter();
         edges.filter(move |edge| f64::from(edge.length) <= farthest)
     }
 
-    /// A node of the graph and those beside it whose jets are looked at.
+    /// A node of the graph and the neighbours whose jets it takes into account.
     fn around(&self, node: u32) -> Vec<u32> {
         let farthest = BESIDE * self.ground.spacing[node as usize];
         let edges = self.geodesics.graph().edges(node).iter();
@@ -296,11 +320,12 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
 }
 
 impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
-    /// Fields on a cloud or a model, by what suits it: rays where its surface is smooth, and where it is rough, so that rays
-    /// scatter, a march over its points, as with a cost of 1. A model keeps no points: some are put all over it.
+    /// A field on a cloud or a model, found by what suits its surface. Where the surface is smooth,
+    /// rays are used. Where it is rough, so that rays scatter, the distance is marched over its
+    /// points with a cost of 1. A model keeps no points, so points are put all over it.
     ///
     /// # Errors
-    /// As [`with_cost`](Self::with_cost).
+    /// The same errors as [`with_cost`](Self::with_cost).
     ///
     /// O(n) in the points of the cloud, in parallel.
     pub fn of_cloud(geodesics: &'a Geodesics<D, Atlas<D>>) -> Result<Self, Error> {
@@ -329,7 +354,8 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
         Ok(Self::with_net(geodesics, net))
     }
 
-    /// By how many radians the surface turns over the spacing of most of the graph's nodes at most.
+    /// The number of radians by which the surface turns over one spacing, at a node that turns more
+    /// than the share [`MOST`] of the graph's nodes does.
     fn turning(&self) -> f64 {
         let frames = self.ground.frames.iter().zip(&self.ground.spacing);
         let turns = frames.map(|(frame, spacing)| {
@@ -339,12 +365,12 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
         quantile(turns, MOST)
     }
 
-    /// Fields of least cost: distances are integrals of the cost per length, directions those of travel. Tolerances
-    /// mean nothing to them.
+    /// Fields of least cost. Distances are integrals of the cost along the way, and directions are
+    /// those of travel. The tolerance of the settings has no effect on them.
     ///
     /// # Errors
-    /// [`Error::NoCosts`] on surfaces of more than two dimensions, [`Error::WrongCosts`], [`Error::BadCost`] and
-    /// [`Error::BadSlope`] where costs are not what [`Cost`] says.
+    /// [`Error::NoCosts`] on surfaces of more than two dimensions, [`Error::WrongCosts`],
+    /// [`Error::BadCost`] and [`Error::BadSlope`] where costs are not what [`Cost`] says.
     ///
     /// O(n) in the points of the cloud, in parallel.
     pub fn with_cost(geodesics: &'a Geodesics<D, Atlas<D>>, cost: &Cost) -> Result<Self, Error> {
@@ -366,7 +392,8 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
     }
 }
 
-/// The value that a share of some lies below; infinite where it is not a number, 0 of none.
+/// The quantile of some values at a share. A value that is not a number counts as infinite; the
+/// quantile of no values is 0.
 fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     let mut sorted: Vec<f64> = values
         .map(|value| if value.is_nan() { f64::INFINITY } else { value })
@@ -376,7 +403,7 @@ fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     sorted.get(place).copied().unwrap_or(0.0)
 }
 
-/// The spacing of the graph's nodes, of each.
+/// The spacing of the graph's nodes, one value a node.
 fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
     let nearest = parallel::map(graph.nodes.len(), |i| {
         let edges = graph.edges(i as u32).iter();
@@ -385,7 +412,8 @@ fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
         lengths.truncate(NEAREST);
         lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
     });
-    // Rays are as far apart as the nodes around are: those that happen to crowd must look as far.
+    // Rays are as far apart as the nodes around them are. A node that happens to lie close to a few
+    // others must look as far as the nodes around it.
     parallel::map(graph.nodes.len(), |i| {
         let edges = graph.edges(i as u32);
         let around = edges.iter().map(|edge| nearest[edge.to as usize]);
@@ -394,7 +422,7 @@ fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
     })
 }
 
-/// Whether the surface's height errs by no more than a small share of the spacing at any node.
+/// Whether the surface's height errs at every node by no more than a small share of the spacing.
 fn is_smooth<const D: usize, S: Guide<D>>(
     surface: &S,
     nodes: &[Node<D, S::Place>],
@@ -405,7 +433,7 @@ fn is_smooth<const D: usize, S: Guide<D>>(
     errors.all(|error| spacing.next().is_none_or(|s| error <= TORN * s))
 }
 
-/// The frame at a node.
+/// The frame at a node; `None` where the surface has none.
 fn frame<const D: usize, S: Guide<D>>(
     surface: &S,
     node: &Node<D, S::Place>,
@@ -415,7 +443,8 @@ fn frame<const D: usize, S: Guide<D>>(
     known.then(|| Frame::new(node.point, geometry))
 }
 
-/// For each node the indices of the items that lie nearest to it.
+/// For each node, the indices of the items whose nearest node it is; an item at `u32::MAX` is left
+/// out.
 fn by_node(near: impl Iterator<Item = u32>, nodes: usize) -> Lists {
     let mut placed: Vec<(u32, u32)> = near.zip(0..).filter(|item| item.0 != u32::MAX).collect();
     placed.sort_unstable();
@@ -429,17 +458,18 @@ fn by_node(near: impl Iterator<Item = u32>, nodes: usize) -> Lists {
 }
 
 impl<const D: usize> Field<D> {
+    /// Whether the field is measured from a curve.
     fn is_of_curve(&self) -> bool {
         self.pieces.first().is_some_and(|piece| !piece.is_point())
     }
 
-    /// The branches at a node of the graph, least distance first.
+    /// The branches at a node of the graph, the shortest to be believed first.
     pub(crate) fn branches(&self, node: u32) -> &[Branch] {
         let i = node as usize;
         &self.branches[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
-    /// The number of graph nodes without a distance; with costs, of points.
+    /// The number of graph nodes without a distance; with costs, the number of points without one.
     #[must_use]
     pub fn unreached_nodes(&self) -> usize {
         if let Some(other) = &self.other {
@@ -454,7 +484,8 @@ impl<const D: usize> Field<D> {
             .count()
     }
 
-    /// The number of graph nodes that no ray came by, whose distances were carried on along the graph.
+    /// The number of graph nodes that no ray came by and whose distances were carried on along the
+    /// graph.
     #[must_use]
     pub fn carried_nodes(&self) -> usize {
         let starts = self.starts.windows(2).filter(|pair| pair[0] < pair[1]);

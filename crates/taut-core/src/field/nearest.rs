@@ -1,4 +1,5 @@
-//! The points nearest to the sources: a field that goes no farther than it takes to hold them.
+//! The points nearest to the sources, found by a field that goes no farther than it takes to hold
+//! them.
 
 use std::collections::BinaryHeap;
 
@@ -10,14 +11,15 @@ use crate::guess::dijkstra::Distances;
 use crate::surface::Node;
 use crate::surface::atlas::{Atlas, ChartIndex};
 
-/// Steps from a node of the graph to a point beside it bend with the surface and are longer than their chord by
-/// this at most.
+/// Largest ratio of a step from a node of the graph to a point beside it, which bends with the
+/// surface, to the step's chord.
 const BENT: f64 = 1.1;
-/// Distances are as in a field without end so many spacings before its own.
+/// Distance before the end of a field, in spacings of the graph's nodes, up to which its values are
+/// those of a field without end.
 const EDGE: f64 = 3.0;
 
-/// The indices of the `count` least of some distances, least first, of equal ones the first: fewer where fewer
-/// are finite. O(n + `count` log `count`).
+/// The indices of the `count` least of some distances, least first; of equal distances the first
+/// comes first. There are fewer indices if fewer distances are finite. O(n + `count` log `count`).
 #[must_use]
 pub fn least(distances: &[f64], count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..distances.len())
@@ -33,13 +35,14 @@ pub fn least(distances: &[f64], count: usize) -> Vec<usize> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The distances from the sources as far as it takes to hold the `count` of `nodes` that are nearest, which
-    /// [`least`] picks: what lies farther may or may not be reached.
+    /// The distances from the sources, as far as it takes to hold the `count` of `nodes` that are
+    /// nearest, which [`least`] picks. What lies farther may or may not be reached.
     ///
-    /// Distances along the graph, which are never too short, tell how far that is. Costs are found everywhere.
+    /// Distances along the graph, which are never too short, tell how far that is. Costs are found
+    /// everywhere.
     ///
     /// # Errors
-    /// As [`from`](Self::from).
+    /// The same errors as [`from`](Self::from).
     pub fn nearest_of<'s>(
         &self,
         sources: impl Into<Sources<'s, D, S::Place>>,
@@ -61,7 +64,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         self.up_to(sources, beside, count, settings)
     }
 
-    /// The field as far as `count` of some points lie, each beside a node of the graph at a distance from it.
+    /// The field as far as `count` of some points lie, each beside a node of the graph and at a
+    /// distance from it.
     fn up_to(
         &self,
         sources: Sources<'_, D, S::Place>,
@@ -86,8 +90,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         self.from(sources, &settings)
     }
 
-    /// A distance within which `count` points lie, if there are so many, with the edge that a field has.
-    /// `beside` has the number of points at each node of the graph and how far at most they lie from it.
+    /// A distance within which `count` points lie, with a margin for the edge of the field;
+    /// infinite if there are fewer points. `beside` has the number of points at each node of the
+    /// graph and their largest distance from the node.
     fn far_enough(
         &self,
         sources: &[Source<D, S::Place>],
@@ -100,7 +105,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             list.map(|(node, length)| (node, length + source.start as f32))
         });
         let entrances: Vec<(u32, f32)> = entrances.collect();
-        // Bounds of the points at the nodes passed, the farthest first, as many as it takes.
+        // The bounds of the points at the nodes passed, the farthest first, as many as it takes to
+        // hold `count` points.
         let mut held: BinaryHeap<Passed> = BinaryHeap::new();
         let (mut points, mut edge) = (0, 0.0_f64);
         let mut passed = vec![false; beside.len()];
@@ -139,10 +145,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
-/// Points beside a node that distances along the graph have passed.
+/// Points beside a node that the search along the graph has passed.
 struct Passed {
-    /// None of them is farther.
+    /// An upper bound of the distances of these points.
     bound: f64,
+    /// The number of these points.
     points: usize,
 }
 
@@ -168,11 +175,11 @@ impl PartialOrd for Passed {
 }
 
 impl<const D: usize> Fields<'_, D, Atlas<D>> {
-    /// As [`nearest_of`](Self::nearest_of), of the points of the cloud. Costs end there too: their march passes
-    /// points in the order of cost.
+    /// The field of [`nearest_of`](Self::nearest_of) for the points of the cloud. Costs also end
+    /// there, because their march passes points in the order of cost.
     ///
     /// # Errors
-    /// As [`from`](Self::from).
+    /// The same errors as [`from`](Self::from).
     pub fn nearest<'s>(
         &self,
         sources: impl Into<Sources<'s, D, ChartIndex>>,

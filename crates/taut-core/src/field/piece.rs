@@ -1,27 +1,30 @@
-//! What a source looks like from near by: a point, or a straight piece of a curve.
+//! Sources as they are measured from near by: a point, or a straight piece of a curve.
 
 use crate::Vector;
 use crate::field::frame::{Frame, ON_SURFACE};
 use crate::field::jet::{Heading, Jet, bent, norm};
 
-/// A point, or a piece of a geodesic that is short as the surface bends.
+/// A point source, or a piece of a geodesic that is short compared with the surface's radius of
+/// curvature.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const D: usize> {
-    /// At its middle; of a piece of a curve the first tangent is along it.
+    /// The frame at the middle of the piece; on a piece of a curve the first tangent is along the
+    /// curve.
     pub frame: Frame<D>,
-    /// Half its length, 0 of a point.
+    /// Half the length of the piece, in the input's units; 0 for a point.
     pub half: f64,
-    /// The distance there.
+    /// The distance at the piece itself, in the input's units.
     pub start: f64,
-    /// The source that it is of.
+    /// The index of the source that the piece belongs to.
     pub source: u32,
 }
 
-/// The way from a piece to a point.
+/// The shortest way from a piece to a point.
 pub(crate) struct Way {
     pub length: f64,
-    /// To the point from the middle, and from the piece's nearest point, in the frame's tangent coordinates.
+    /// The step from the piece's middle to the point, in the frame's tangent coordinates.
     from_middle: [f64; 2],
+    /// The step from the piece's nearest point to the point, in the frame's tangent coordinates.
     step: [f64; 2],
 }
 
@@ -30,7 +33,8 @@ impl<const D: usize> Piece<D> {
         self.half == 0.0
     }
 
-    /// In normal coordinates about the middle two points a and b are |a - b|^2 - K (a x b)^2 / 3 apart, squared.
+    /// The shortest way from the piece to `x`. In normal coordinates about the middle, the square
+    /// of the distance between two points a and b is |a - b|^2 - K (a x b)^2 / 3.
     pub fn way(&self, x: &Vector<D>, share: f64) -> Way {
         let [along, off] = self.frame.log(x, share);
         let nearest = along.clamp(-self.half, self.half);
@@ -43,23 +47,24 @@ impl<const D: usize> Piece<D> {
         }
     }
 
-    /// Estimated error of a way's length.
+    /// Estimated error of the length of a way.
     pub fn error(&self, way: &Way) -> f64 {
         self.frame.log_error(norm(way.from_middle))
     }
 
-    /// The direction in which a way arrives, zero where it has no length.
+    /// The direction in which a way arrives; zero where the way has no length.
     pub fn direction(&self, way: &Way) -> Vector<D> {
         bent(&self.frame, way.step, way.from_middle)
     }
 
-    /// Rays say that its source is so far from somewhere near them: less than its start value they say of the other
-    /// side of a curve that they have left.
+    /// Whether a distance that rays say somewhere near them may be one from this piece's source.
+    /// Rays of a curve that say less than the start value speak of the other side of the curve,
+    /// which they have left.
     pub fn admits(&self, distance: f64) -> bool {
         self.is_point() || distance >= self.start
     }
 
-    /// A lower bound of the distance of `x` from the source that the first of its pieces belongs to.
+    /// A lower bound of the distance of `x` from the source, of which this is the first piece.
     pub fn least(&self, x: &Vector<D>) -> f64 {
         if self.is_point() {
             self.start + (self.frame.point - x).norm()
@@ -84,7 +89,8 @@ impl<const D: usize> Piece<D> {
         ))
     }
 
-    /// The fronts of a geodesic bend with the surface, those of its ends are circles.
+    /// The jet of the distance from a piece of a curve. The fronts of a geodesic bend with the
+    /// surface, and those of its ends are circles.
     fn jet_of_curve(&self, way: &Way, to: &Frame<D>) -> Option<Jet> {
         let gradient = to.coordinates(&self.direction(way));
         let inverse = norm(gradient).recip();

@@ -1,8 +1,10 @@
-//! One geodesic from a source, with its Jacobi field: how far rays beside it spread.
+//! Integration of one geodesic from a source with its Jacobi field, which tells how far the rays
+//! beside it spread.
 //!
-//! x'' = II(x', x') and J'' = -K J by the pair of orders 5 and 4 of Dormand and Prince, "A family of
-//! embedded Runge-Kutta formulae", Journal of Computational and Applied Mathematics 6 (1980); after each
-//! step x is put back onto the surface.
+//! x'' = II(x', x') and J'' = -K J are integrated by the pair of orders 5 and 4 of Dormand and
+//! Prince, "A family of embedded Runge-Kutta formulae", Journal of Computational and Applied
+//! Mathematics 6 (1980). After each step x is put back onto the surface. A ray ends at a rim (the
+//! boundary of the surface), at a conjugate point, or past its limits.
 
 use crate::Vector;
 use crate::field::dents::{self, Dent};
@@ -13,52 +15,59 @@ use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 use crate::surface::{Geometry, Surface};
 
-/// Where rays end and how finely they are followed: past the distances along the graph, which are never too
-/// short, or past the distance asked for.
+/// Where rays end and how finely they are followed. A ray ends past the distances along the graph,
+/// which are never too short, or past the distance asked for.
 pub(crate) struct Limits<'a, const D: usize, P> {
     pub graph: &'a Graph<D, P>,
-    /// Of the graph's nodes.
+    /// The spacing at each node of the graph, in the input's units.
     pub spacing: &'a [f64],
-    /// Upper bounds of the distance of the graph's nodes, and the source's own start in them, where there are any.
+    /// Upper bounds of the distance of the graph's nodes, where there are any, and the start value
+    /// of the source, which they include.
     pub bound: Option<(&'a Distances, f64)>,
+    /// The largest length of a ray, in the input's units.
     pub longest: f64,
-    /// Wavelength of the surface's finest detail, 0 where steps need not follow any.
+    /// Wavelength of the surface's finest detail, in the input's units; 0 where steps need not
+    /// follow any.
     pub detail: f64,
-    /// Estimated error of a step that is allowed, relative to its length.
+    /// Estimated error of a step that is allowed, relative to the step's length.
     pub tolerance: f64,
-    /// Rays go on where rays beside meet them.
+    /// Whether rays go on where neighbouring rays meet them.
     pub past_conjugate: bool,
-    /// The nodes of the graph near a rim; empty where there is none.
+    /// Whether each node of the graph is near a rim; empty where the surface has no rim.
     pub rim: &'a [bool],
-    /// Rays do not jump the dents of a rough edge.
+    /// Whether rays must not jump the dents of a rough rim.
     pub along: bool,
 }
 
-/// Steps of rays are at most this many spacings of the graph's nodes long.
+/// Longest step of a ray, in spacings of the graph's nodes.
 const LONGEST_STEP: f64 = 8.0;
-/// Rays go on past a bound by this many spacings.
+/// How far rays go on past a bound, in spacings of the graph's nodes.
 const PAST: f64 = 2.0;
 
 impl<const D: usize, P: Copy> Limits<'_, D, P> {
+    /// The most that a ray may measure at a node of the graph: the node's distance along the graph
+    /// less the source's start value.
     pub fn bound(&self, node: u32) -> f64 {
         self.bound.map_or(f64::INFINITY, |(bound, start)| {
             f64::from(bound.distance(node)) - start
         })
     }
 
-    /// The ray is of no interest any more.
+    /// Whether a ray at a point is of no interest any more.
     pub(crate) fn beyond(&self, length: f64, point: &Vector<D>, near: u32) -> bool {
         let slack = PAST * self.spacing[near as usize];
         let off = (point - self.graph.nodes[near as usize].point).norm();
         length > self.longest + slack || length > self.bound(near) + off + slack
     }
 
-    /// Estimated error of a step that is allowed near a node, where the surface has an error of its own.
+    /// Relative error of a step that is allowed near a node; it is larger where the surface has an
+    /// error of its own.
     pub fn tolerance_at(&self, near: u32, height_error: f64) -> f64 {
         let rough = ROUGH * height_error / self.spacing[near as usize];
         self.tolerance.max(rough)
     }
 
+    /// The longest step of a ray near a node of the graph, in the input's units.
     pub(crate) fn longest_step(&self, near: u32) -> f64 {
         let step = LONGEST_STEP * self.spacing[near as usize];
         if self.detail > 0.0 {
@@ -69,7 +78,8 @@ impl<const D: usize, P: Copy> Limits<'_, D, P> {
     }
 }
 
-/// Stages: where on the step, and the weights of the stages before.
+/// The stages of the Runge-Kutta method: the weights of the slopes before each, which sum up to its
+/// place on the step. The last stage is the end of the step at order 5.
 pub(crate) const AT: [&[f64]; 6] = [
     &[1.0 / 5.0],
     &[3.0 / 40.0, 9.0 / 40.0],
@@ -96,7 +106,8 @@ pub(crate) const AT: [&[f64]; 6] = [
         11.0 / 84.0,
     ],
 ];
-/// The fifth order's weights less the fourth's.
+/// The weights of the fifth-order result less those of the fourth-order one, whose sum estimates a
+/// step's error.
 pub(crate) const DIFFERENCE: [f64; 7] = [
     71.0 / 57600.0,
     0.0,
@@ -106,28 +117,34 @@ pub(crate) const DIFFERENCE: [f64; 7] = [
     22.0 / 525.0,
     -1.0 / 40.0,
 ];
-/// Weight of errors that change the length at second order only: sideways, and of the Jacobi field.
+/// Weight of errors that change the length at second order only: those to the side, and those of
+/// the Jacobi field.
 pub(crate) const SIDEWAYS: f64 = 0.05;
 /// Weight of errors off the surface, which every step takes back.
 pub(crate) const OFF: f64 = 0.01;
-/// Rays may start from between others whose distance is this share of the radius of curvature.
+/// Largest distance between two rays, as a share of the radius of curvature, for a ray to start
+/// halfway between them.
 const MOST_BENT: f64 = 0.35;
-/// The surface's own error over the spacing, times this: the relative error of steps below which it is useless to go.
+/// Relative error of steps below which it is useless to go, per unit of the surface's own error
+/// over the spacing.
 const ROUGH: f64 = 0.03;
+/// Most steps of one ray, tried ones included.
 pub(crate) const MOST_STEPS: usize = 20_000;
-/// A ray ends where steps must be shorter than this share of the longest.
+/// Shortest step, as a share of the longest: a ray ends where steps must be shorter.
 pub(crate) const SHORTEST: f64 = 1e-3;
 
-/// How far off the surface a step may end, in longest steps, and a ray begin between others, in their distance.
+/// How far off the surface a step may end, as a share of the longest step; also how far off it a
+/// ray halfway between two others may begin, as a share of their distance.
 pub(crate) const FARTHEST_OFF: f64 = 0.03;
-/// How much longer than the step, and than a jump between charts, its chord may come out.
+/// Largest ratio of the chord of a step to the length of the step together with a jump between
+/// charts.
 pub(crate) const LONGER: f64 = 1.001;
-/// Jumps between charts, in errors of the surface's height.
+/// Largest jump between charts, in errors of the surface's height.
 pub(crate) const JUMP: f64 = 10.0;
-/// A ray ends this share of the longest step beyond a rim.
+/// How far beyond a rim a ray ends, as a share of the longest step.
 pub(crate) const OVER_RIM: f64 = 0.03;
 
-/// The derivative of a state by length.
+/// The derivative of a ray's state by its length.
 fn slope<const D: usize>(state: &State<D>, frame: &Frame<D>) -> State<D> {
     let t = frame.coordinates(&state.v);
     State {
@@ -137,7 +154,7 @@ fn slope<const D: usize>(state: &State<D>, frame: &Frame<D>) -> State<D> {
     }
 }
 
-/// The frame at a point near the surface, `place` brought up to date.
+/// The frame at a point near the surface; `place` is brought up to date.
 fn frame_at<const D: usize, S: Surface<D>>(
     surface: &S,
     x: &Vector<D>,
@@ -149,8 +166,8 @@ fn frame_at<const D: usize, S: Surface<D>>(
     known.then(|| Frame::new(*x, geometry))
 }
 
-/// The frame, found with this geometry, put onto the surface, which must not be farther, and turned along
-/// `v`, the second tangent to the side given.
+/// Puts a frame, found with this geometry, onto the surface and turns it along `v`, with the second
+/// tangent to the side given. `None` where the surface is farther than `farthest`.
 fn settled<const D: usize>(
     frame: Frame<D>,
     v: &Vector<D>,
@@ -181,9 +198,10 @@ pub(crate) fn onto<const D: usize, S: Surface<D>>(
     })
 }
 
-/// The ray halfway between two that leave the source at an angle to each other, at the same length: across
-/// both runs the quintic with the slopes and second derivatives that their Jacobi fields say, whose changes by
-/// the angle are given. `None` where they are too far apart.
+/// The ray halfway between two rays that leave the source at an angle to each other, at the same
+/// length. Across both rays runs the quintic with the slopes and second derivatives that their
+/// Jacobi fields determine; the derivatives of the Jacobi fields by the angle are given. `None`
+/// where the rays are too far apart.
 pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     surface: &S,
     graph: &Graph<D, S::Place>,
@@ -233,15 +251,18 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     })
 }
 
-/// How far a geodesic was followed.
+/// A geodesic as far as it was followed.
 pub(crate) struct Flight<const D: usize, P> {
+    /// The places where the steps of the geodesic end, from its start on.
     pub knots: Vec<Knot<D, P>>,
-    /// It ends where the surface does.
+    /// Whether the geodesic ends because the surface does.
     pub stopped: bool,
+    /// The dents of rough rims that the geodesic jumps.
     pub dents: Vec<Dent>,
 }
 
-/// The geodesic from a knot on, which ends beyond the limits, where rays beside it meet it, or where the surface ends.
+/// Follows the geodesic from a knot on. It ends beyond the limits, where rays beside it meet it, or
+/// where the surface ends.
 pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     surface: &S,
     start: Knot<D, S::Place>,
@@ -272,6 +293,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
             }
             continue;
         };
+        // The step must also suit the place where it ends: the surface may ripple there.
         let rippled = surface.rippled(next.place);
         if step > rippled {
             step = rippled.max(0.5 * step);
@@ -315,7 +337,8 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     flight
 }
 
-/// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.
+/// One step with its estimated error; `None` where it leaves what is known of the surface or ends
+/// farther than `farthest` off it.
 fn advance<const D: usize, S: Surface<D>>(
     surface: &S,
     from: &Knot<D, S::Place>,
@@ -371,7 +394,7 @@ fn advance<const D: usize, S: Surface<D>>(
     None
 }
 
-/// The node of the graph nearest to `x`, walking from one.
+/// The node of the graph nearest to `x`, found by walking along edges from the node `from`.
 pub(crate) fn nearest<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
     x: &Vector<D>,

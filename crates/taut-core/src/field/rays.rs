@@ -1,5 +1,5 @@
-//! Fields on surfaces of dimension 2: rays leave the sources, the nodes of the graph take branches from the rays near
-//! them, and say what these may be wrong by.
+//! Fields on surfaces of dimension 2. Rays leave the sources, the nodes of the graph take branches
+//! from the rays near them, and what the branches may be wrong by is estimated.
 
 use crate::error::Error;
 use crate::field::bend::Grazed;
@@ -17,21 +17,22 @@ use crate::guess::dijkstra::Distances;
 use crate::parallel;
 use crate::surface::atlas::Lists;
 
-/// How much shorter, in spacings, a branch must be to be believed that rests on jets a spacing away: the
-/// surface's own error in spacings times this, and at most 1.
+/// Factor of the penalty on a branch that rests on jets one spacing away: this times the surface's
+/// error over the spacing, at most 1. By so many spacings the branch must be shorter than others to
+/// be believed.
 const DOUBT: f64 = 30.0;
 
-/// What is said of a branch whose jet is not known as far as a neighbour.
+/// What is said for a branch whose jet is not known as far as a neighbouring node.
 #[derive(Clone, Copy)]
 enum Unknown {
-    /// Nothing.
+    /// The branch says nothing.
     LeftOut,
-    /// That the way there is no longer than along the step.
+    /// The branch says that the way there is no longer than along the step.
     AsLong,
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The field of some sources.
+    /// The field of some sources, by rays.
     pub(crate) fn by_rays(
         &self,
         given: Sources<'_, D, S::Place>,
@@ -60,7 +61,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
     }
 
-    /// The field of sources in pieces, each beside one of the points prepared, by rays, each bundle with its source.
+    /// The field of sources in pieces, by rays. Each piece lies beside one of the prepared points;
+    /// each bundle of rays has the index of its source.
     fn of_pieces(
         &self,
         pieces: Vec<Piece<D>>,
@@ -98,7 +100,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
     }
 
-    /// The jets along all rays, each with its source; whether some bend round rims.
+    /// The jets along all rays, each with its source, and whether some rays are diffracted at rims.
     fn cast(
         &self,
         bundles: &[(Bundle<'_, D, S::Place>, u32)],
@@ -117,7 +119,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let jumping = limits(bundle.start, false);
             let samples = Fan::new(surface, bundle, reachable, &jumping).samples();
             let samples: Vec<_> = samples.into_iter().map(|s| (s, *source)).collect();
-            // Rays that jump the dents of a rough edge reach more, those that do not find where it is grazed.
+            // Rays that jump the dents of a rough rim reach more places; rays that do not jump them
+            // find where the rim is grazed.
             let mut grazed = Vec::new();
             if !self.ground.rims.nodes.is_empty() {
                 let along = limits(bundle.start, true);
@@ -171,7 +174,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         close.fold(f64::INFINITY, f64::min)
     }
 
-    /// The branches of all nodes, each one's least distance first.
+    /// The branches of all nodes, at each the shortest to be believed first.
     fn branches_at_nodes(
         &self,
         pieces: &[Piece<D>],
@@ -210,7 +213,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         parallel::map(graph.nodes.len(), |i| of_node(i as u32).unwrap_or_default())
     }
 
-    /// Adds what lies between nodes and the tolerance of rays to the errors.
+    /// Adds the tolerance of the rays to the errors of the branches, and notes what lies between
+    /// the nodes.
     fn add_errors(&self, pieces: &[Piece<D>], lists: &mut [Vec<Branch>], tolerance: f64) {
         let missed = self.disagreements(pieces, lists, Unknown::AsLong);
         for (list, missed) in lists.iter_mut().zip(missed) {
@@ -221,6 +225,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
     }
 
+    /// The disagreement of each node with its neighbours.
     fn disagreements(
         &self,
         pieces: &[Piece<D>],
@@ -232,8 +237,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         })
     }
 
-    /// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
-    /// wrong by in between.
+    /// The most by which the jets of a node miss the distances of its adjacent nodes: this is what
+    /// they may be wrong by in between.
     fn disagreement(
         &self,
         pieces: &[Piece<D>],
@@ -258,7 +263,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                     (None, Unknown::LeftOut) => return None,
                     (None, Unknown::AsLong) => branch.jet.distance + norm(v),
                 };
-                // Rays of other kinds, and from the other side of a curve, are not meant.
+                // Rays of other kinds, and rays from the other side of a curve, are not meant.
                 let most = branches::BEYOND * self.ground.spacing[node as usize];
                 let is_known = branch.jet.beyond_at(v, gauss) <= most
                     && pieces[branch.source as usize].admits(carried);

@@ -1,20 +1,22 @@
-//! What changes along a front, as the rays to both sides of one tell.
+//! The change of the front curvature along a front, as the rays to both sides of a ray tell it.
 
 use crate::field::jet::{Heading, Jet};
 
-/// A ray beside another.
+/// A ray beside another ray.
 #[derive(Clone, Copy)]
 pub(crate) struct Side {
-    /// The angle to it, positive to the left.
+    /// The angle at the source from the ray to this ray, in radians, positive to the left.
     pub angle: f64,
-    /// Its J and J' at the length of the other.
+    /// The Jacobi field J of this ray and its derivative J', at the same length as on the other
+    /// ray.
     pub jacobi: [f64; 2],
 }
 
-/// Most change of the front's curvature, times the square of the spacing.
+/// Largest derivative of the front curvature along the front, times the square of the spacing.
 const MOST_CHANGE: f64 = 0.1;
 
-/// The jet on a ray at a distance with J and J', from the rays to its right and left; `spacing` is that of the graph's nodes.
+/// The jet on a ray at a distance with J and J', from the rays to its right and left; `spacing` is
+/// the spacing of the graph's nodes.
 pub(crate) fn jet(
     distance: f64,
     [spread, slope]: [f64; 2],
@@ -52,8 +54,9 @@ pub(crate) fn jet(
     }
 }
 
-/// The derivative at 0 of a function that is 0 there, from its values on two sides: of the parabola through
-/// both, the slope of the line to one, or 0 where nothing is known.
+/// The derivative at 0 of a function that is 0 there, from its values on two sides. With both
+/// values it is the slope of the parabola through them, with one the slope of the line to it, and
+/// with none it is 0.
 fn derivative(sides: [Option<(f64, f64)>; 2]) -> f64 {
     match sides {
         [Some((a, fa)), Some((b, fb))] => (fa * b / a - fb * a / b) / (b - a),
@@ -62,8 +65,8 @@ fn derivative(sides: [Option<(f64, f64)>; 2]) -> f64 {
     }
 }
 
-/// How uncertain the derivative of the front's curvature is: by as much as it differs from side to side, and by all of it
-/// where one side or none tells of it.
+/// How uncertain the derivative of the front curvature is: by as much as it differs from side to
+/// side, and by the whole of it where only one side or none is known.
 fn uncertainty(sides: [Option<(f64, f64)>; 2], curvature: f64, spacing: f64) -> f64 {
     match sides {
         [Some((a, fa)), Some((b, fb))] => (fa / a - fb / b).abs(),

@@ -1,4 +1,4 @@
-//! What distances are measured from, and its points made ready for rays.
+//! What distances are measured from, and the points of it made ready for rays.
 
 use crate::Vector;
 use crate::error::Error;
@@ -8,12 +8,12 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node, named};
 
-/// What distances are measured from.
+/// What distances are measured from: points or a curve.
 #[derive(Clone, Copy, Debug)]
 pub enum Sources<'s, const D: usize, P> {
-    /// The nearest of some points, each with its start value.
+    /// Distances are from the nearest of some points, each with its start value.
     Points(&'s [Source<D, P>]),
-    /// The nearest point of a curve, which is one source.
+    /// Distances are from the nearest point of a curve, which is one source.
     Curve(&'s Curve<D, P>),
 }
 
@@ -42,7 +42,7 @@ impl<'s, const D: usize, P> From<&'s Curve<D, P>> for Sources<'s, D, P> {
 }
 
 impl<const D: usize, P> Sources<'_, D, P> {
-    /// A curve that is a point as that point.
+    /// Replaces a curve that is a single point by that point.
     pub(crate) fn simplified(self) -> Self {
         match self {
             Self::Curve(curve) => curve
@@ -53,13 +53,15 @@ impl<const D: usize, P> Sources<'_, D, P> {
     }
 }
 
-/// Sources with what rays and nodes need of them.
+/// Point sources with what rays and nodes need to know about them.
 pub(crate) struct Prepared<'s, const D: usize, P, F> {
     pub given: &'s [Source<D, P>],
+    /// The frame at each source.
     pub frames: Vec<F>,
-    /// The nodes of the graph nearest to them.
+    /// The node of the graph nearest to each source.
     pub nodes: Vec<Option<u32>>,
-    /// Distances along the graph, which are never too short: of all nodes not farther than the largest.
+    /// Distances along the graph from the sources, which are never too short. They are known at all
+    /// nodes that are not farther than the largest distance.
     pub bound: Distances,
 }
 
@@ -69,12 +71,12 @@ pub(crate) struct Origin<'a, const D: usize, P, F> {
     pub frame: &'a F,
     /// The nearest node of the graph.
     pub near: u32,
-    /// The distance there.
+    /// The distance at the place itself, in the input's units.
     pub start: f64,
 }
 
 impl<const D: usize, P, F> Prepared<'_, D, P, F> {
-    /// Those near a node of the graph, with their indices.
+    /// The sources near a node of the graph, with their indices.
     pub fn origins(&self) -> impl Iterator<Item = (u32, Origin<'_, D, P, F>)> {
         (0..self.given.len()).filter_map(|i| {
             let origin = Origin {
@@ -87,7 +89,8 @@ impl<const D: usize, P, F> Prepared<'_, D, P, F> {
         })
     }
 
-    /// By how much a distance from a source is shorter than straight through space.
+    /// How much shorter a distance from a source is than straight through space; 0 where it is not
+    /// shorter.
     pub fn shortfall(&self, source: u32, x: &Vector<D>, distance: f64) -> f64 {
         let source = &self.given[source as usize];
         let chord = (source.node.point - x).norm();
@@ -96,7 +99,7 @@ impl<const D: usize, P, F> Prepared<'_, D, P, F> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// Sources with their frames, which `frame` finds.
+    /// Prepares sources for rays, with their frames, which `frame` finds.
     pub(crate) fn prepared<'s, F>(
         &self,
         given: &'s [Source<D, S::Place>],
@@ -135,7 +138,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         })
     }
 
-    /// Where rays end that start with a distance.
+    /// The limits of rays whose first point already has a distance, given by `start`.
     pub(crate) fn limits<'l>(
         &'l self,
         bound: &'l Distances,
@@ -148,7 +151,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
     }
 
-    /// Where rays end at a length.
+    /// The limits of rays that end at a length.
     pub(crate) fn unbounded(&self, longest: f64, settings: &Settings) -> Limits<'_, D, S::Place> {
         Limits {
             graph: self.geodesics.graph(),
@@ -164,7 +167,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
-/// The nearest of the nodes of the graph by which a place is entered.
+/// The nearest of the graph nodes by which a place is entered, with its distance.
 pub(crate) fn nearest_entrance(entrances: &[(u32, f32)]) -> Option<(u32, f32)> {
     let nearest = entrances.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.copied()

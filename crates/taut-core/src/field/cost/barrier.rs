@@ -1,21 +1,27 @@
-//! Polygons that nothing passes through, seen from above.
+//! Barriers: polygons, seen from above, that nothing passes through.
 
 use crate::Vector;
 
-/// A polygon seen along the third axis: closed, not necessarily convex, of any number of corners.
+/// A polygon seen along the third axis. It is closed, not necessarily convex, and has any number of
+/// corners.
 ///
-/// Its edges are found by the level slabs that they reach, so that a step looks at few of them.
+/// Its edges are found by the slabs (horizontal strips) that they reach, so that a step looks at
+/// few of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Barrier {
     corners: Vec<[f64; 2]>,
+    /// The least coordinates of the corners.
     low: [f64; 2],
+    /// The largest coordinates of the corners.
     high: [f64; 2],
-    /// For each slab between `low` and `high` the edges that reach it, each named by the corner it ends at.
+    /// For each slab between `low` and `high`, the edges that reach it, each named by the corner at
+    /// its end.
     slabs: Vec<Vec<u32>>,
 }
 
 impl Barrier {
-    /// A polygon by its corners, which are moved by minus `centre`. O(n log n) or so for edges of like lengths.
+    /// Makes a polygon from its corners, which are moved by minus `centre`. About O(n log n) for
+    /// edges of similar lengths.
     pub fn new<const D: usize>(corners: &[[f64; 2]], centre: &Vector<D>) -> Self {
         let at = |axis: usize| centre.get(axis).copied().unwrap_or(0.0);
         let moved = corners.iter().map(|c| [c[0] - at(0), c[1] - at(1)]);
@@ -52,12 +58,14 @@ impl Barrier {
         let last = self.slabs.len() - 1;
         let slab = |level: f64| {
             let share = (level - self.low[1]) / height;
-            // Of a polygon without height, which is no number, all edges are in the first.
+            // In a polygon without height the share is not a number, and all edges are in the first
+            // slab.
             ((share * self.slabs.len() as f64) as usize).min(last)
         };
         slab(from)..=slab(to)
     }
 
+    /// Whether a place, seen from above, lies within the polygon.
     fn holds_place(&self, [x, y]: [f64; 2]) -> bool {
         let beside = |axis: usize, v: f64| v < self.low[axis] || v > self.high[axis];
         if beside(0, x) || beside(1, y) {
@@ -74,12 +82,12 @@ impl Barrier {
         inside
     }
 
-    /// Whether a point lies within it.
+    /// Whether a point lies within the polygon.
     pub fn holds<const D: usize>(&self, x: &Vector<D>) -> bool {
         self.holds_place(above(x))
     }
 
-    /// Whether a straight step passes through it.
+    /// Whether a straight step passes through the polygon.
     pub fn stops<const D: usize>(&self, from: &Vector<D>, to: &Vector<D>) -> bool {
         let (a, b) = (above(from), above(to));
         let beside = |axis: usize| {
@@ -89,7 +97,8 @@ impl Barrier {
             return false;
         }
         let step = [b[0] - a[0], b[1] - a[1]];
-        // Where it meets the edges' lines; what lies between two such places is within or without as a whole.
+        // These are the places where the step meets the lines of the edges. What lies between two
+        // successive places is within or outside the polygon as a whole.
         let mut places = vec![0.0, 1.0];
         let (low, high) = (a[1].min(b[1]), a[1].max(b[1]));
         for corner in self.reached(low, high).flat_map(|slab| &self.slabs[slab]) {
@@ -112,7 +121,8 @@ impl Barrier {
         })
     }
 
-    /// Whether the triangle of three points holds part of it though none of the triangle's sides passes through it.
+    /// Whether the triangle of three points holds a part of the polygon, although none of the
+    /// triangle's sides passes through the polygon.
     pub fn is_within<const D: usize>(&self, triangle: [&Vector<D>; 3]) -> bool {
         let [a, b, c] = triangle.map(above);
         let Some(x) = self.corners.first() else {
@@ -131,6 +141,7 @@ fn above<const D: usize>(x: &Vector<D>) -> [f64; 2] {
     [0, 1].map(|axis| x.get(axis).copied().unwrap_or(0.0))
 }
 
+/// The cross product of two vectors in the plane.
 fn cross(u: [f64; 2], v: [f64; 2]) -> f64 {
     u[0] * v[1] - u[1] * v[0]
 }
@@ -161,7 +172,8 @@ mod tests {
                 "{outside:?}"
             );
         }
-        // Through an arm, both arms, the foot of the notch; within the notch, and past a corner.
+        // These steps go through one arm, both arms, and the foot of the notch; then within the
+        // notch, and past a corner.
         for through in [
             [-1.0, 3.0, 2.0, 3.0],
             [-1.0, 3.0, 5.0, 3.0],

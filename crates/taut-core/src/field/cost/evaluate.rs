@@ -1,4 +1,4 @@
-//! Least costs between the points of the net.
+//! Least costs at places between the points of the net.
 
 use crate::Vector;
 use crate::field::Value;
@@ -7,10 +7,13 @@ use crate::field::cost::{Found, Net, Slope};
 use crate::field::frame::Frame;
 use crate::surface::{Geometry, Node, Surface};
 
-/// Of so many points near a place the one with the least way there tells its direction, and cosine to it of others'.
+/// Number of points nearest to a place among which the one with the least way there tells the
+/// direction of the ways.
 const BRANCHES: usize = 6;
+/// Least cosine between that direction and the direction of other ways whose points count.
 const ALIKE: f64 = 0.7;
-/// So many points beside a place must be reached straight from a source for it to be so.
+/// Number of points beside a place that must be reached straight from a source for the place to be
+/// reached so too.
 const BESIDE: usize = 3;
 
 impl<const D: usize> Found<D> {
@@ -20,7 +23,8 @@ impl<const D: usize> Found<D> {
         self.values.iter().filter(unreached).count()
     }
 
-    /// The value at a point near some of the net, from the nearest that is straight on from it.
+    /// The value at a place near some points of the net, from the nearest point to which a straight
+    /// step is open.
     pub fn at(&self, net: &Net<D>, x: &Vector<D>, near: &[u32]) -> Value<D> {
         let found = near.iter().find(|i| self.is_known(net, x, **i, near));
         let Some(nearest) = found.map(|i| *i as usize) else {
@@ -36,8 +40,9 @@ impl<const D: usize> Found<D> {
         }
     }
 
-    /// The value at a node of the surface, where costs are lengths: by the least way through the segments round the nearest
-    /// point, or straight from a source, as at the points. `None` where no way leads there.
+    /// The value at a node of the surface, where costs are lengths. Like the value at a point of
+    /// the net, it is found by the least way through the segments round the nearest point or
+    /// straight from a source. `None` where no way leads there.
     pub fn by_segments<S: Surface<D>>(
         &self,
         net: &Net<D>,
@@ -75,7 +80,7 @@ impl<const D: usize> Found<D> {
         Some(of_way(way, self.values[from as usize].source))
     }
 
-    /// The least way straight from a source, where the nearest points are reached so.
+    /// The least way straight from a source, where the nearest points are reached so; else `None`.
     fn straight(&self, target: &Target<'_, D>, near: &[u32]) -> Option<(Way<D>, u32)> {
         let beside = near.iter().take(BESIDE);
         let origins = beside.map(|i| self.straight[*i as usize]);
@@ -94,8 +99,8 @@ impl<const D: usize> Found<D> {
         ways.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost))
     }
 
-    /// The least way to a target through the segments of the ring round a point and between the point and the ring, and where
-    /// it comes from.
+    /// The least way to a target through the segments of the ring round a point and between the
+    /// point and the ring, with the point that it comes from.
     fn through_segments(
         &self,
         net: &Net<D>,
@@ -127,13 +132,15 @@ impl<const D: usize> Found<D> {
         ways.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost))
     }
 
+    /// Whether a way leads to a point, and a straight step leads from there to `x`.
     fn is_known(&self, net: &Net<D>, x: &Vector<D>, point: u32, near: &[u32]) -> bool {
         let reached = self.values[point as usize].distance.is_finite();
         reached && net.is_open(x, &net.points[point as usize], near)
     }
 
-    /// The cost at `x` and its gradient as smooth functions, but where ways from two sides meet: from all points
-    /// near it that ways pass in the direction of the least, each of third order in its distance.
+    /// The cost at `x` and its gradient as functions that are smooth except where ways from two
+    /// sides meet. They are blended from all points near `x` that ways pass in nearly the same
+    /// direction as the least way, each with an error of third order in its distance.
     pub fn smooth(&self, net: &Net<D>, x: &Vector<D>, near: &[u32]) -> Option<(f64, Vector<D>)> {
         let known: Vec<(usize, Vector<D>)> = near
             .iter()

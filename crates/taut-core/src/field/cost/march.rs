@@ -1,5 +1,5 @@
-//! Least costs at all points: in the order of cost with straight segments, and then swept again in that order
-//! with cubic ones.
+//! Least costs at all points. A first march goes in the order of cost, with a linear cost on
+//! segments; sweeps in that order follow, with a cubic cost.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashSet};
@@ -14,37 +14,45 @@ use crate::field::cost::update::{Known, Way, through};
 use crate::field::frame::Frame;
 use crate::parallel;
 
-/// Points so near a source, by rank, take the straight way from it.
+/// Number of points nearest to a source that take the straight way from it.
 const AT_SOURCE: usize = 30;
-/// Points near a source among which its neighbourhood is judged.
+/// Number of points nearest to a source by which its neighbourhood is judged.
 const NEAR_SOURCE: usize = 60;
-/// Improvements below this share of the cost are left.
+/// Least share of the cost by which an improvement must lower it to be made.
 const LEAST: f64 = 1e-10;
-/// Sweeps with cubic segments: where costs depend on the direction least ways need not come in order.
+/// Number of sweeps with cubic segments where costs do not depend on the direction.
 const SWEEPS: usize = 2;
+/// Number of sweeps with cubic segments where costs depend on the direction, as least ways need not
+/// come in order there.
 const SWEEPS_OF_SLOPES: usize = 4;
-/// What a way turns round by more than this is known to so many spacings.
+/// How uncertain the place of a corner is that a way turns round, in spacings of the points.
 const CORNER: f64 = 1.0;
+/// Least turn of a way at a point for it to count as a corner, as the length of the difference of
+/// the unit steps.
 const TURN: f64 = 0.2;
-/// Cubic segments change the cost at the farthest of some points by less than so many spacings cost.
+/// Distance, in spacings of the points, whose cost is more than the change that cubic segments make
+/// at the farthest point that is asked for.
 const EDGE: f64 = 2.0;
-/// Where costs jump, a way's last step costs more or less by this share of the jump.
+/// Share of a jump of the cost by which the last step of a way may cost more or less.
 const JUMP: f64 = 0.5;
 
-/// Points' places err by what is estimated of them times this, and steps by this share of a spacing.
+/// Factor of the estimated errors of the points' places in the error of a cost.
 const PLACES: f64 = 2.0;
+/// Error of a step, as a share of the spacing.
 const FLOOR: f64 = 1e-3;
 
-/// A place of a source: where it lies, a node of the graph beside it, its start value, and the source.
+/// A place of a source: where it lies, a node of the graph beside it, its start value, and the
+/// index of the source.
 #[derive(Clone, Debug)]
 pub(crate) struct Origin<const D: usize> {
     pub point: Vector<D>,
     pub near: Option<u32>,
     pub start: f64,
     pub source: u32,
-    /// How far off the next places of the same source are; 0 where there are none.
+    /// The distance to the next places of the same source, in the input's units; 0 where there are
+    /// none.
     pub gap: f64,
-    /// How the surface bends there, where that is known.
+    /// The frame with the second fundamental form at the place, where it is known.
     pub frame: Option<Frame<D>>,
 }
 
@@ -52,24 +60,27 @@ pub(crate) struct Origin<const D: usize> {
 #[derive(Clone, Debug)]
 pub(crate) struct Found<const D: usize> {
     pub values: Vec<Value<D>>,
+    /// The gradient of the cost at each point.
     pub(super) gradients: Vec<Vector<D>>,
-    /// The places of the sources, and for each point the one that it is reached straight from, if any.
+    /// The places of the sources.
     pub(super) origins: Vec<Origin<D>>,
+    /// For each point the place that it is reached straight from, if any.
     pub(super) straight: Vec<Option<u32>>,
 }
 
+/// The least cost found so far at a point, and the way that it comes by.
 #[derive(Clone, Copy, Debug)]
 struct Label<const D: usize> {
     cost: f64,
     gradient: Vector<D>,
-    /// Of the way's last step.
+    /// The last step of the way to the point.
     step: Vector<D>,
     source: u32,
-    /// Estimated error by what is not known along the way, ...
+    /// Estimated error by what is not known along the way; it is a cost.
     doubt: f64,
-    /// The place of a source that the point is reached straight from.
+    /// The place of a source that the point is reached straight from, if any.
     origin: Option<u32>,
-    /// ... and by what the surface errs.
+    /// What errors of the surface's height along the way do to its length.
     heights: HeightErrors,
 }
 
@@ -87,7 +98,7 @@ impl<const D: usize> Label<D> {
     }
 }
 
-/// A point whose cost its neighbours may make use of, least first.
+/// A point whose cost its neighbours may make use of; in a heap the least cost comes first.
 #[derive(PartialEq)]
 struct Waiting {
     cost: f64,
@@ -112,12 +123,14 @@ impl PartialOrd for Waiting {
 /// How far costs are looked for.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
+    /// The largest cost that is looked for.
     pub longest: f64,
-    /// No farther than it takes to reach so many points.
+    /// The number of points after which, once they are reached, the march may end.
     pub enough: usize,
 }
 
-/// The least costs from sources within limits; `coordinates` is where those given begin, for messages.
+/// The least costs from sources within limits; `coordinates` is the origin of the input's
+/// coordinates, for messages.
 pub(crate) fn find<const D: usize>(
     net: &Net<D>,
     sources: Vec<Origin<D>>,
@@ -133,7 +146,7 @@ pub(crate) fn find<const D: usize>(
         let cost = |i: u32| first[i as usize].cost;
         cost(*a).total_cmp(&cost(*b)).then(a.cmp(b))
     });
-    // Rings of two sizes err by different multiples of the same power of it.
+    // Rings of two sizes err by different multiples of the same power of their size.
     let rings = [&net.inner, &net.outer];
     let swept = parallel::map(rings.len(), |i| swept(net, rings[i], &first, &order));
     let (inner, outer) = (&swept[0], &swept[1]);
@@ -143,7 +156,8 @@ pub(crate) fn find<const D: usize>(
         if net.slope == Slope::Level {
             differ
         } else {
-            // Ways may go to and fro between two directions, and where they do no order is known.
+            // Ways may go to and fro between two directions, and no order of the error is known
+            // where they do.
             differ.max((inner.cost - first[i].cost).abs())
         }
     };
@@ -158,7 +172,8 @@ pub(crate) fn find<const D: usize>(
         if !label.cost.is_finite() || label.cost > longest {
             return Value::unreached();
         }
-        // The two rings agree by chance at some points: their neighbours' say as much.
+        // The two rings agree by chance at some points, so the differences at neighbouring points
+        // count as well.
         let ring = net.inner.of(i as u32).iter();
         let around = ring.map(|spoke| differ[spoke.to as usize]);
         let around = around.filter(|differ| differ.is_finite());
@@ -198,7 +213,7 @@ pub(crate) fn find<const D: usize>(
     })
 }
 
-/// The points beside the sources, reached straight from them.
+/// Labels the points beside the sources, which are reached straight from them.
 fn beside<const D: usize>(
     net: &Net<D>,
     sources: &[Origin<D>],
@@ -235,7 +250,7 @@ fn beside<const D: usize>(
             let length = way.step.norm();
             let mut heights = HeightErrors::default();
             net.add_errors(*point, &way.step, &mut heights);
-            // The source may come nearer halfway to the next place.
+            // Halfway to the next place, the source may be nearer than this place is.
             let nearer = length
                 - (length * length - 0.25 * origin.gap * origin.gap)
                     .max(0.0)
@@ -260,6 +275,8 @@ fn beside<const D: usize>(
     Ok(labels)
 }
 
+/// What is known at a point for a way through it; with its gradient if the segments are to be
+/// cubic.
 fn known<'a, const D: usize>(
     net: &'a Net<D>,
     labels: &[Label<D>],
@@ -276,7 +293,7 @@ fn known<'a, const D: usize>(
     }
 }
 
-/// The label at a point by a way through the segment between two others.
+/// The label at a point by a way through the segment between two other points.
 fn label<const D: usize>(
     net: &Net<D>,
     labels: &[Label<D>],
@@ -312,7 +329,8 @@ fn label<const D: usize>(
     }
 }
 
-/// Labels corrected until none changes, with straight segments: never too short. And how far they were looked for.
+/// The labels corrected until none changes, with straight segments, and the largest cost up to
+/// which they were looked for. The costs are never too low.
 fn in_order<const D: usize>(
     net: &Net<D>,
     mut labels: Vec<Label<D>>,
@@ -373,6 +391,7 @@ fn in_order<const D: usize>(
     (labels, longest)
 }
 
+/// Takes a way through a segment to a point if it costs less than the way that the point holds.
 fn improve<const D: usize>(
     net: &Net<D>,
     labels: &mut [Label<D>],
@@ -397,7 +416,7 @@ fn improve<const D: usize>(
     }
 }
 
-/// For each point the rings it is in, and its place in them.
+/// For each point, the rings that it is in and its place in them.
 struct Users {
     starts: Vec<u32>,
     places: Vec<(u32, u32)>,
@@ -410,6 +429,7 @@ impl Users {
     }
 }
 
+/// Finds the users of all points by counting sort.
 fn users(rings: &Rings, count: usize) -> Users {
     let spokes = |point: u32| rings.of(point).iter().zip(0..);
     let mut starts = vec![0_u32; count + 2];
@@ -432,7 +452,7 @@ fn users(rings: &Rings, count: usize) -> Users {
     Users { starts, places }
 }
 
-/// The labels found again with cubic segments through rings, in an order of cost.
+/// The labels found again with cubic segments through rings, point by point in an order of cost.
 fn swept<const D: usize>(
     net: &Net<D>,
     rings: &Rings,
@@ -458,7 +478,8 @@ fn swept<const D: usize>(
     labels
 }
 
-/// The least way to a point through its ring, from what the first labels say is nearer.
+/// The least way to a point through its ring, from neighbours whose first label says that they are
+/// nearer.
 fn least<const D: usize>(
     net: &Net<D>,
     ring: &[Spoke],

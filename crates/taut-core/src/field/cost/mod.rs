@@ -1,11 +1,12 @@
-//! Fields of least cost: a cost per length that differs from point to point or with the slope, and places where
-//! nothing passes.
+//! Fields of least cost: a cost per length that differs from point to point or depends on the
+//! slope, and places that nothing passes.
 //!
-//! Rays do not serve costs that jump. Costs are marched over the points of the cloud themselves, which know more
-//! of them than the charts: each point takes the least way through the segments between its neighbours
-//! (ordered upwind methods: J. A. Sethian, A. Vladimirsky, SIAM Journal on Numerical Analysis 41, 2003), the cost
-//! on a segment being cubic by its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron,
-//! SIAM Journal on Scientific Computing 43, 2021).
+//! Rays do not serve for costs that jump. Costs are marched over the points of the cloud
+//! themselves, which know more of the costs than the charts do. Each point takes the least way
+//! through the segments between its neighbours (ordered upwind methods: J. A. Sethian, A.
+//! Vladimirsky, SIAM Journal on Numerical Analysis 41, 2003). The cost on a segment is cubic, by
+//! its values and gradients at both ends (jet marching: S. F. Potter, M. K. Cameron, SIAM Journal
+//! on Scientific Computing 43, 2021).
 
 mod barrier;
 mod evaluate;
@@ -70,8 +71,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The [`barriers`](Cost::barriers) that change nothing: no point lies within them, and none between a point and its
-    /// neighbours.
+    /// The indices of the [`barriers`](Cost::barriers) that change nothing, because no point lies
+    /// within them and none of their edges lies between a point and its neighbours.
     #[must_use]
     pub fn idle_barriers(&self) -> Vec<usize> {
         self.ground
@@ -81,46 +82,51 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
-/// What a way costs: the integral of cost per length.
+/// What a way costs: the integral of the cost per length.
 #[derive(Clone, Debug, Default)]
 pub struct Cost {
-    /// Cost per length at each input row, positive, infinite where nothing passes; 1 everywhere if empty. Values of
-    /// dropped rows are not looked at, and of repeated rows the first counts.
+    /// Cost per length at each input row: positive, and infinite where nothing passes. If empty,
+    /// the cost is 1 everywhere. Values at dropped rows are ignored, and of repeated rows the first
+    /// counts.
     pub at_rows: Vec<f64>,
-    /// By how much slopes multiply it.
+    /// How the slope multiplies the cost.
     pub slope: Slope,
-    /// Polygons that nothing passes through, however thin: the first two coordinates of their corners, in the input's
-    /// units, as they are seen along the third axis. Points within them are not reached.
+    /// Polygons that nothing passes through, however thin they are. Each is given by the first two
+    /// coordinates of its corners, in the input's units, as it is seen along the third axis. Points
+    /// within it are not reached.
     pub barriers: Vec<Vec<[f64; 2]>>,
 }
 
 /// By how much going up or down multiplies the cost per length. The third coordinate points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Slope {
-    /// Not at all.
+    /// The slope does not change the cost.
     #[default]
     Level,
-    /// Time of walking by W. Tobler, "Three presentations on geographical analysis and modeling", 1993, relative
-    /// to level ground: exp(3.5 |g + 0.05|) / exp(3.5 * 0.05), g the rise over the horizontal run; least downhill
-    /// at g = -0.05.
+    /// The time of walking by W. Tobler, "Three presentations on geographical analysis and
+    /// modeling", 1993, relative to level ground: exp(3.5 |g + 0.05|) / exp(3.5 * 0.05), where g is
+    /// the rise over the horizontal run. It is least downhill, at g = -0.05.
     Hiking,
-    /// 1 + `up` g uphill and 1 + `down` |g| downhill, g the rise over the horizontal run.
+    /// The cost is multiplied by 1 + `up` g uphill and by 1 + `down` |g| downhill, where g is the
+    /// rise over the horizontal run.
     Factors {
-        /// Not negative.
+        /// Factor of the grade uphill; it is not negative.
         up: f64,
-        /// Not negative.
+        /// Factor of the grade downhill; it is not negative.
         down: f64,
     },
 }
 
-/// Tobler's decay by grade and the grade of fastest walking.
+/// Decay of the walking speed by grade, in Tobler's function.
 const DECAY: f64 = 3.5;
+/// Downhill grade at which walking is fastest, in Tobler's function.
 const EASIEST: f64 = 0.05;
-/// The coordinate that points up.
+/// Index of the coordinate that points up.
 const UP: usize = 2;
 
 impl Slope {
-    /// By how much a grade multiplies the cost, and the derivative by the grade.
+    /// The factor by which a grade multiplies the cost, and the derivative of the factor by the
+    /// grade.
     fn factor(self, grade: f64) -> (f64, f64) {
         match self {
             Self::Level => (1.0, 0.0),
@@ -139,7 +145,8 @@ impl Slope {
         }
     }
 
-    /// The cost of a straight step where the cost per level length is 1, and its gradient by the step.
+    /// The cost of a straight step where the cost per level length is 1, and its gradient by the
+    /// step.
     fn step<const D: usize>(self, step: &Vector<D>) -> (f64, Vector<D>) {
         let length = step.norm();
         if self == Self::Level || D <= UP || length == 0.0 {
@@ -154,6 +161,7 @@ impl Slope {
         (length * factor, gradient)
     }
 
+    /// Refuses factors that are negative or not finite.
     fn check(self) -> Result<(), Error> {
         let Self::Factors { up, down } = self else {
             return Ok(());

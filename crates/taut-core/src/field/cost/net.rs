@@ -1,4 +1,5 @@
-//! The points of a cloud with the segments between their neighbours, through which ways of least cost come.
+//! The net of points on which costs are marched: the points of a cloud with the segments between
+//! their neighbours, through which ways of least cost come.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,26 +16,32 @@ use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::{Atlas, ChartIndex, Lists};
 use crate::surface::{Geometry, Node, Surface};
 
-/// The nearest neighbours from which a ring is made, by rank of their distance: the inner and the outer one.
+/// Ranks, by distance, of the nearest neighbours from which the inner ring round a point is made.
 const INNER: std::ops::Range<usize> = 0..40;
+/// Ranks, by distance, of the nearest neighbours from which the outer ring round a point is made.
 const OUTER: std::ops::Range<usize> = 10..70;
-/// Neighbours join a ring, nearest first, at least so many radians from others, until no gap is wider than this.
+/// Least angle between two neighbours of a ring, in radians; neighbours join the ring nearest
+/// first.
 const CLOSEST: f64 = 0.35;
+/// Widest gap of a ring that counts as closed, in radians: neighbours join until no gap is wider.
 const CLOSED: f64 = 1.05;
-/// Neighbours farther apart than this many radians have no segment between them.
+/// Largest angle between two successive neighbours of a ring, in radians, for a segment to join
+/// them.
 const WIDEST: f64 = 2.0;
-/// Where a straight step is looked at: between its ends.
+/// Shares of a straight step at which it is looked at, between its ends.
 const ALONG: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
-/// A chart of more points than this keeps them in a tree.
+/// Number of points above which a chart keeps its points in a tree.
 const CROWDED: usize = 512;
-/// A step may cut across a rim by this many spacings.
+/// How far a step may lie beyond a rim (the boundary of the surface) that it cuts across, in
+/// spacings of the points.
 const CROSSING: f64 = 0.75;
 
-/// A neighbour in the ring round a point, by angle.
+/// A neighbour in the ring round a point; a ring is sorted by angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spoke {
     pub to: u32,
-    /// The way is straight through the segment to the next of the ring.
+    /// Whether ways pass straight through the segment from this neighbour to the next one of the
+    /// ring.
     pub joined: bool,
 }
 
@@ -67,11 +74,11 @@ impl Rings {
 /// How far the surface errs at a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Doubt {
-    /// Standard error of its height.
+    /// Standard error of the surface's height, in the input's units.
     pub height: f64,
-    /// Radius of its chart.
+    /// Radius of the chart, in the input's units.
     pub radius: f64,
-    /// How far the points lie off it here.
+    /// How far the points lie off the surface here, in the input's units.
     pub off: f64,
 }
 
@@ -79,30 +86,36 @@ pub(crate) struct Doubt {
 #[derive(Clone, Debug)]
 pub(crate) struct Net<const D: usize> {
     pub points: Vec<Vector<D>>,
-    /// How the surface bends at the points; `None` where that is not known, and on curves.
+    /// The frame with the second fundamental form at each point; `None` where it is not known, and
+    /// on curves.
     frames: Vec<Option<Frame<D>>>,
+    /// The cost per length at each point.
     pub costs: Vec<f64>,
-    /// What is known of how far the surface at each point errs.
+    /// How far the surface errs at each point.
     pub doubts: Vec<Doubt>,
     pub slope: Slope,
-    /// Costs are lengths.
+    /// Whether costs are lengths.
     pub is_length: bool,
-    /// Rings of the nearest neighbours, and of those farther off.
+    /// The rings of the nearest neighbours.
     pub inner: Rings,
+    /// The rings of neighbours that are farther off.
     pub outer: Rings,
-    /// Distance from each point to the nearest others.
+    /// The spacing at each point: the mean distance to the nearest others, in the input's units.
     pub spacing: Vec<f64>,
-    /// By how much costs round each point differ from a linear function.
+    /// By how much, at most, the costs in the ring of each point differ from a linear function.
     pub jumps: Vec<f64>,
     barriers: Vec<Barrier>,
-    /// The barriers that change nothing.
+    /// The indices of the barriers that change nothing.
     idle: Vec<usize>,
-    /// Points within barriers have infinite costs as well: what of the others has them stops steps past it too.
+    /// Whether points have infinite costs in the input. Points within barriers have infinite costs
+    /// too; a step past a barrier is then also tested against the infinite costs outside it.
     walls: bool,
-    /// For each node of the graph its points and those of the nodes beside it.
+    /// For each node of the graph, the points whose chart it is.
     by_chart: Lists,
+    /// For each node of the graph, itself and the nodes beside it.
     around: Lists,
-    /// The points of charts that many have gone to that no chart fits.
+    /// Trees of the points of crowded charts: many points that no chart fits may have gone to one
+    /// chart.
     crowded: HashMap<u32, Tree<D>>,
 }
 
@@ -117,7 +130,7 @@ impl<const D: usize> Net<D> {
         Self::of_nodes(atlas, &points.map(node).collect::<Vec<_>>(), cost)
     }
 
-    /// The net of other points of an atlas, for which there is no cost but that of the length.
+    /// The net of other points of an atlas, for which the only cost is that of length.
     pub fn of_nodes(
         atlas: &Atlas<D>,
         nodes: &[Node<D, ChartIndex>],
@@ -141,6 +154,7 @@ impl<const D: usize> Net<D> {
         let by_chart = Lists::new(owned.iter().map(|list| list.iter().copied()));
         let around = (0..owned.len() as u32).map(|chart| atlas.beside(chart).iter().copied());
         let around = Lists::new(around);
+        // Points are put onto the surface, because steps between them follow it.
         let scratch = || Geometry::new(D - dimension);
         let put_on = |geometry: &mut Geometry<D>, i: usize| {
             let Node {
@@ -163,6 +177,8 @@ impl<const D: usize> Net<D> {
             }
         };
         let doubts = parallel::map(costs.len(), doubt);
+        // Points within a barrier get an infinite cost; a barrier that holds none and stops no step
+        // is idle.
         for (barrier, met) in barriers.iter().zip(&met) {
             for (x, cost) in points.iter().zip(&mut costs) {
                 if barrier.holds(x) {
@@ -214,7 +230,7 @@ impl<const D: usize> Net<D> {
         Ok(net)
     }
 
-    /// A point as steps see it that lead there.
+    /// A point as the steps that lead there see it.
     pub fn target(&self, point: u32) -> Target<'_, D> {
         let i = point as usize;
         Target {
@@ -226,12 +242,12 @@ impl<const D: usize> Net<D> {
         }
     }
 
-    /// How the surface bends at a point, where that is known.
+    /// The frame with the second fundamental form at a point, where it is known.
     pub fn frame(&self, point: u32) -> Option<&Frame<D>> {
         self.frames[point as usize].as_ref()
     }
 
-    /// What errors of the surface do to a step that ends at a point.
+    /// Adds what errors of the surface do to a step that ends at a point.
     pub fn add_errors(&self, point: u32, step: &Vector<D>, errors: &mut HeightErrors) {
         let i = point as usize;
         let length = step.norm();
@@ -249,8 +265,8 @@ impl<const D: usize> Net<D> {
         }
     }
 
-    /// How far a point's place on the surface errs: it was moved there along a normal that is known as well as the
-    /// slope of a ripple.
+    /// How far a point's place on the surface errs. The point was moved there along a normal whose
+    /// direction is known as well as the slope of a ripple.
     pub fn place_error(&self, point: u32) -> f64 {
         let doubt = &self.doubts[point as usize];
         if doubt.radius > 0.0 {
@@ -260,7 +276,7 @@ impl<const D: usize> Net<D> {
         }
     }
 
-    /// The points of the charts beside one, nearest to `x` first, at most `count`.
+    /// The points of the charts beside one chart, nearest to `x` first, at most `count`.
     pub fn nearest(&self, x: &Vector<D>, chart: u32, count: usize) -> Vec<u32> {
         let mut near: Vec<(f64, u32)> = Vec::new();
         for chart in self.around.of(chart) {
@@ -290,12 +306,13 @@ impl<const D: usize> Net<D> {
         nearest.first().map_or(0.0, |i| self.spacing[*i as usize])
     }
 
-    /// A straight step from `x` stays among points that can be passed, the nearest of `near` to each place on it.
+    /// Whether a straight step from `x` stays among points that can be passed: at each place on it
+    /// the nearest of `near` is looked at.
     pub fn is_open(&self, x: &Vector<D>, to: &Vector<D>, near: &[u32]) -> bool {
         if self.barriers.iter().any(|barrier| barrier.stops(x, to)) {
             return false;
         }
-        // Of what lies within barriers the bounds are known.
+        // Points within barriers do not count, because the bounds of the barriers are known.
         let passable = |j: &u32| {
             let x = &self.points[*j as usize];
             self.costs[*j as usize].is_finite() || self.is_held(x)
@@ -315,12 +332,13 @@ impl<const D: usize> Net<D> {
         self.barriers.iter().any(|barrier| barrier.holds(x))
     }
 
-    /// See [`Fields::idle_barriers`](crate::field::Fields::idle_barriers).
+    /// The indices of the barriers that change nothing; see
+    /// [`Fields::idle_barriers`](crate::field::Fields::idle_barriers).
     pub fn idle_barriers(&self) -> Vec<usize> {
         self.idle.clone()
     }
 
-    /// Inner and outer ring of a point, and its spacing.
+    /// The inner and the outer ring of a point, and its spacing.
     fn rings(
         &self,
         atlas: &Atlas<D>,
@@ -376,7 +394,7 @@ impl<const D: usize> Net<D> {
         (ring(INNER), ring(OUTER), spacing)
     }
 
-    /// Which neighbours by angle have a segment between them.
+    /// The spokes of a ring, with whether a segment joins each neighbour and the next one by angle.
     fn joined(
         &self,
         x: &Vector<D>,
@@ -401,7 +419,8 @@ impl<const D: usize> Net<D> {
         (0..count).map(spoke).collect()
     }
 
-    /// By how much the costs in the ring of a point differ at most from the linear function nearest to them.
+    /// The largest difference between the costs in the ring of a point and the linear function
+    /// nearest to them.
     fn jump(&self, point: u32) -> f64 {
         let (x, here) = (self.points[point as usize], self.costs[point as usize]);
         let ring = self.inner.of(point);
@@ -414,6 +433,8 @@ impl<const D: usize> Net<D> {
         let Some(first) = offsets().next().and_then(|o| o.0.try_normalize(0.0)) else {
             return 0.0;
         };
+        // The first neighbour and the neighbour farthest from its direction span the plane in which
+        // the linear function is fitted.
         let across = offsets().map(|o| o.0 - first * first.dot(&o.0));
         let second = across.reduce(|a, b| {
             if b.norm_squared() > a.norm_squared() {
@@ -443,13 +464,14 @@ impl<const D: usize> Net<D> {
     }
 }
 
-/// The angle from one of a ring to the next.
+/// The angle from a neighbour of a ring to the next one, in radians.
 fn gap(ring: &[(f64, u32)], i: usize) -> f64 {
     let next = ring[(i + 1) % ring.len()].0;
     (next - ring[i].0).rem_euclid(std::f64::consts::TAU)
 }
 
-/// A ring of neighbours by angle: the nearest that pass and are apart, until it is closed.
+/// A ring of neighbours by angle: the nearest that can be passed to and are far enough apart, until
+/// the ring is closed.
 fn spread(nearest: &[(f64, u32)], passes: impl Fn(u32) -> bool) -> Vec<(f64, u32)> {
     let mut ring: Vec<(f64, u32)> = Vec::new();
     for (angle, to) in nearest {
@@ -468,7 +490,7 @@ fn spread(nearest: &[(f64, u32)], passes: impl Fn(u32) -> bool) -> Vec<(f64, u32
     ring
 }
 
-/// The cost at each point of the cloud.
+/// The cost per length at each point of the cloud.
 fn costs_of_points<const D: usize>(
     atlas: &Atlas<D>,
     points: usize,

@@ -1,4 +1,5 @@
-//! The least cost at a point by a straight step through a segment between two points that know theirs.
+//! The least cost at a point by a straight step through a segment between two points whose least
+//! costs are known.
 
 use crate::Vector;
 use crate::field::cost::Slope;
@@ -8,11 +9,14 @@ use crate::field::frame::{Frame, ON_SURFACE};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known<'a, const D: usize> {
     pub point: Vector<D>,
-    /// How the surface bends there, where the segments that end there are to follow it.
+    /// The frame with the second fundamental form at the point; `None` where segments that end
+    /// there are not to follow the surface.
     pub frame: Option<&'a Frame<D>>,
+    /// The cost per length at the point.
     pub rate: f64,
+    /// The least cost at the point.
     pub cost: f64,
-    /// `None` where costs between points are to be linear.
+    /// The gradient of the cost; `None` where costs between points are to be linear.
     pub gradient: Option<Vector<D>>,
 }
 
@@ -20,20 +24,23 @@ pub(crate) struct Known<'a, const D: usize> {
 #[derive(Clone, Copy)]
 pub(crate) struct Target<'a, const D: usize> {
     pub point: &'a Vector<D>,
-    /// Cost per length.
+    /// The cost per length at the point.
     pub rate: f64,
     pub frame: Option<&'a Frame<D>>,
     pub slope: Slope,
-    /// Costs are lengths: steps and segments are geodesics of the surface, seen from their ends.
+    /// Whether costs are lengths; steps and segments are then geodesics of the surface, as seen
+    /// from their ends.
     pub is_length: bool,
 }
 
-/// Arcs are longer than their chords by at most this share: where they bend more, chords say nothing of them.
+/// Largest share by which an arc is longer than its chord; where the surface bends more, chords
+/// tell nothing of arcs.
 const MOST_BENT: f64 = 0.2;
 
 impl<const D: usize> Target<'_, D> {
-    /// The cost per rate of a step that ends here, and its gradient by the step: along the arc that bends as the
-    /// surface does here, 1 + (bend chord)^2 / 24 times as long as its chord.
+    /// The cost per rate of a step that ends here, and its gradient by the step. The step is an arc
+    /// that bends as the surface does here, and is 1 + (curvature * chord)^2 / 24 times as long as
+    /// its chord.
     fn step(&self, step: &Vector<D>) -> (f64, Vector<D>) {
         let (length, gradient) = self.slope.step(step);
         let squared = step.norm_squared();
@@ -58,36 +65,41 @@ fn arc<const D: usize>(frame: &Frame<D>, step: &Vector<D>) -> (f64, Vector<D>) {
     (length.clamp(chord, (1.0 + MOST_BENT) * chord), direction)
 }
 
-/// A way to a point.
+/// A way to a point through a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way<const D: usize> {
     pub cost: f64,
     pub gradient: Vector<D>,
-    /// The step, and where on the segment it begins: 0 to 1.
+    /// The last step of the way, from the segment to the point.
     pub step: Vector<D>,
+    /// Where on the segment the last step begins, from 0 to 1.
     pub share: f64,
 }
 
-/// Starts on the segment that are compared, and steps of false position between two of them.
+/// Number of equal parts of a segment at whose ends the costs are compared.
 const STARTS: usize = 4;
+/// Most steps of false position between two starts on a segment.
 const REFINEMENTS: usize = 6;
 
-/// Most difference of a slope from the mean one on a segment, in costs per length.
+/// Largest difference of a slope from the mean slope of a segment, in costs per length, for the
+/// cost to be cubic.
 const KINK: f64 = 0.3;
 
-/// A segment being looked at from a point.
+/// A segment as it is seen from a point that steps lead to.
 struct Segment<'a, const D: usize> {
     to: &'a Target<'a, D>,
     ends: [&'a Known<'a, D>; 2],
     edge: Vector<D>,
-    /// The second derivative of the surface's curve along it, 0 where the segment is straight.
+    /// The second derivative of the curve on the surface along the segment; 0 where the segment is
+    /// straight.
     bend: Vector<D>,
-    /// The cost along it is a + b t + c t^2 + d t^3.
+    /// The coefficients a, b, c and d of the cost along the segment, a + b t + c t^2 + d t^3.
     cubic: [f64; 4],
 }
 
 impl<const D: usize> Segment<'_, D> {
-    /// The cost by way of a place on the segment, its derivative, and the step from there.
+    /// The cost by way of a place on the segment, its derivative along the segment, and the step
+    /// from that place.
     fn at(&self, t: f64) -> (f64, f64, Vector<D>) {
         let [a, b, c, d] = self.cubic;
         let start = self.edge * t - self.bend * (0.5 * t * (1.0 - t));
@@ -102,7 +114,7 @@ impl<const D: usize> Segment<'_, D> {
         (cost, change, step)
     }
 
-    /// Where the cost is least.
+    /// The place on the segment through which the cost is least.
     fn least(&self) -> f64 {
         let mut best = (f64::INFINITY, 0);
         let mut tried = [(0.0, 0.0); STARTS + 1];
@@ -125,7 +137,7 @@ impl<const D: usize> Segment<'_, D> {
         };
         let (mut low, mut high) = ((place(i), change), (place(other), tried[other].1));
         let mut t = low.0;
-        // False position, the weight of an end that stays halved (Illinois).
+        // False position halves the weight of an end that stays (the Illinois method).
         for _ in 0..REFINEMENTS {
             t = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let change = self.at(t).1;
@@ -143,7 +155,8 @@ impl<const D: usize> Segment<'_, D> {
     }
 }
 
-/// The least way to a point through the segment between two that are known, or from one.
+/// The least way to a point through the segment between two known points, or from one of them if
+/// both are the same.
 pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) -> Way<D> {
     let rate = to.rate;
     let [a, b] = from;
@@ -185,7 +198,8 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) 
         };
     }
     let start = a.rate + share * (b.rate - a.rate);
-    // The gradient changes along the way by that of the cost per length, known in the triangle.
+    // The gradient changes along the way by the gradient of the cost per length, which is known in
+    // the triangle.
     let change = gradient_in_triangle(to.point - a.point, edge, rate - a.rate, b.rate - a.rate);
     let gradient = direction * (0.5 * (start + rate)) + change * (0.5 * length);
     let along = gradient.dot(&step);
@@ -207,8 +221,9 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) 
     }
 }
 
-/// The derivatives of the curve along the surface over a segment, at its ends, and its second derivative: those of a straight
-/// line where costs are no lengths or the surface bends in an unknown way.
+/// The derivatives, at the ends of a segment, of the curve on the surface along it, and the curve's
+/// mean second derivative. They are those of a straight line where costs are not lengths or the
+/// surface's curvature is unknown.
 fn along_surface<const D: usize>(
     to: &Target<D>,
     [a, b]: [&Known<'_, D>; 2],
@@ -225,7 +240,7 @@ fn along_surface<const D: usize>(
         frame.bend(along, along)
     });
     let mean = (bends[0] + bends[1]) * 0.5;
-    // A bend of more than the edge's own length says nothing of the curve.
+    // A second derivative longer than the edge itself tells nothing of the curve.
     let bend = if mean.norm_squared() <= edge.norm_squared() {
         mean
     } else {
@@ -234,7 +249,8 @@ fn along_surface<const D: usize>(
     ([-back.1 * back.0, ahead.1 * ahead.0], bend)
 }
 
-/// The gradient of the linear function that changes by `du` and `dv` along u and v; 0 where these are parallel.
+/// The gradient of the linear function that changes by `du` along u and by `dv` along v; 0 where u
+/// and v are nearly parallel.
 fn gradient_in_triangle<const D: usize>(u: Vector<D>, v: Vector<D>, du: f64, dv: f64) -> Vector<D> {
     let (uu, uv, vv) = (u.dot(&u), u.dot(&v), v.dot(&v));
     let determinant = uu * vv - uv * uv;

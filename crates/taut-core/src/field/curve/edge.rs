@@ -1,7 +1,9 @@
-//! One edge of a curve: the shortest geodesic between two of its vertices, shot from one to the other.
+//! One edge of a curve: the shortest geodesic between two of its vertices, shot from one to the
+//! other.
 //!
-//! A path pulled taut is as long as the geodesic to the square of how far it lies off it. Distances from it are
-//! wrong by that itself, so its ends and first direction serve as a first guess for shooting.
+//! The length of a path pulled taut differs from that of the geodesic only by the square of the
+//! distance between the two. Distances measured from the path are wrong by that distance itself. So
+//! the path's ends and its first direction serve as a first guess for shooting.
 
 use crate::Vector;
 use crate::correction;
@@ -15,25 +17,28 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node, Surface};
 
-/// Shots until one hits.
+/// Most shots until one hits.
 const MOST_SHOTS: usize = 8;
-/// A shot hits what it comes this near to, in the rays' tolerance, ...
+/// Largest miss of a shot that hits, as a multiple of the rays' tolerance.
 const HIT: f64 = 0.1;
-/// ... and is given up where it is farther off than this share of its length.
+/// Largest miss, as a share of the shot's length, beyond which shooting is given up.
 const ASTRAY: f64 = 0.3;
-/// What is wrong with a ray sideways is wrong with distances from it: its tolerance is this share of theirs.
+/// Tolerance of a shot as a share of that of the distances: an error of the edge to the side is an
+/// error of the distances from it.
 const FINER: f64 = 0.01;
 
-/// Steps along an edge are at least this share of it.
+/// Least step along an edge, as a share of its length.
 const LEAST_STEP: f64 = 1e-5;
 
-/// A geodesic by places on it, with lengths from its start. First tangents are along it.
+/// A geodesic, given by places on it with their lengths from its start. The first tangent of each
+/// place is along the geodesic.
 #[derive(Clone, Debug)]
 pub(super) struct Edge<const D: usize, P> {
     knots: Vec<Knot<D, P>>,
 }
 
 impl<const D: usize, P: Copy> Edge<D, P> {
+    /// The length of the geodesic, in the input's units.
     pub fn length(&self) -> f64 {
         self.knots.last().map_or(0.0, |last| last.length)
     }
@@ -43,7 +48,7 @@ impl<const D: usize, P: Copy> Edge<D, P> {
         [&self.knots[0], &self.knots[self.knots.len() - 1]]
     }
 
-    /// A place on it, with the frame of the surface there.
+    /// The place at a length from the start, with the frame of the surface there.
     pub fn at<S: Surface<D, Place = P>>(
         &self,
         surface: &S,
@@ -60,7 +65,8 @@ impl<const D: usize, P: Copy> Edge<D, P> {
         knot
     }
 
-    /// Lengths from 0 to all of it, evenly apart where steps of `step` are, and no farther.
+    /// Lengths from 0 to the whole length, spaced as evenly as steps of `step` are, and no farther
+    /// apart.
     pub fn cut(&self, step: impl Fn(&Vector<D>, u32) -> f64) -> Vec<f64> {
         let all = self.length();
         let mut cuts = vec![0.0];
@@ -80,7 +86,7 @@ impl<const D: usize, P: Copy> Edge<D, P> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The edge between two vertices, the `index`-th of its curve.
+    /// The edge between two vertices, the `index`-th edge of its curve.
     pub(super) fn edge(
         &self,
         [from, to]: [&Node<D, S::Place>; 2],
@@ -129,7 +135,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
-/// An edge being made.
+/// An edge that is being made.
 struct Shooter<'a, const D: usize, S: Surface<D>> {
     surface: &'a S,
     limits: Limits<'a, D, S::Place>,
@@ -138,8 +144,9 @@ struct Shooter<'a, const D: usize, S: Surface<D>> {
 }
 
 impl<const D: usize, S: Guide<D>> Shooter<'_, D, S> {
-    /// Goes on from the last knot, which is the first of some points of a path, to the last of them: in one shot, or in
-    /// two by way of a point between. `None` where the surface ends.
+    /// Continues from the last knot, which is the first of some points of a path, to the last of
+    /// these points: in one shot, or in two parts by way of a point between. `None` where the
+    /// surface ends.
     fn reach(&mut self, points: &[Vector<D>], lengths: &[f64]) -> Option<()> {
         let count = points.len();
         if let Some(shot) = self.hit(points, lengths[count - 1] - lengths[0]) {
@@ -158,8 +165,8 @@ impl<const D: usize, S: Guide<D>> Shooter<'_, D, S> {
         Some(())
     }
 
-    /// The geodesic from the last knot to the last of some points, by Newton's method from the direction of the
-    /// second; `None` where none hits.
+    /// The geodesic from the last knot to the last of some points, by Newton's method from the
+    /// direction of the second point; `None` where no shot hits.
     fn hit(&self, points: &[Vector<D>], length: f64) -> Option<Vec<Knot<D, S::Place>>> {
         let from = self.knots.last()?;
         let to = points.last()?;
@@ -201,7 +208,8 @@ impl<const D: usize, S: Guide<D>> Shooter<'_, D, S> {
         None
     }
 
-    /// The last knot and a point near by with tangents towards each other.
+    /// A straight step from the last knot to a point near by, as two knots whose tangents point
+    /// along the step.
     fn straight(&mut self, to: &Vector<D>) -> Option<[Knot<D, S::Place>; 2]> {
         let from = *self.knots.last()?;
         let ahead = from.frame.log(to, ON_SURFACE);

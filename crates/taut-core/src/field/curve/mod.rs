@@ -1,7 +1,8 @@
 //! Curves that distances are measured from: polylines whose edges are shortest geodesics.
 //!
-//! Rays leave the edges to both sides, square to them, and the corners and ends in all directions between: the
-//! nearest point of the curve is the foot of a square or a vertex (Huygens).
+//! Rays leave the edges to both sides, at right angles to them, and leave the corners and ends in
+//! all directions between. The point of the curve nearest to a place is either the foot of a
+//! geodesic at right angles to an edge or a vertex (Huygens).
 
 mod edge;
 
@@ -21,27 +22,30 @@ use crate::parallel;
 use crate::surface::Node;
 use edge::Edge;
 
-/// A polyline on a surface whose edges are shortest geodesics, made ready to measure distances from.
+/// A polyline on a surface whose edges are shortest geodesics, made ready to measure distances
+/// from.
 #[derive(Clone, Debug)]
 pub struct Curve<const D: usize, P> {
-    /// A point alone has none.
+    /// The edges in their order; a curve that is a single point has none.
     edges: Vec<Edge<D, P>>,
     /// The first vertex.
     first: Source<D, P>,
     is_closed: bool,
 }
 
-/// Straight pieces of a curve are at most so many spacings of the graph's nodes long.
+/// Longest piece of a curve that is measured from as a straight one, in spacings of the graph's
+/// nodes.
 const PIECE: f64 = 0.5;
-/// Rays begin so far apart on it.
+/// Distance between the first rays along an edge, in spacings of the graph's nodes.
 const APART: f64 = 1.5;
-/// Places on it, in spacings of the points, that costs are measured from.
+/// Distance between the places on a curve that costs are measured from, in spacings of the points.
 const DENSE: f64 = 0.1;
-/// Corners that turn by less are none: the fan is nowhere seen between rays.
+/// Least turn of a corner, in radians; from a smaller one the fan of rays would nowhere be seen
+/// between the others.
 const STRAIGHT: f64 = 1e-9;
 
 impl<const D: usize, P> Curve<D, P> {
-    /// Its length, in the input's units; 0 of a point.
+    /// The length of the curve, in the input's units; 0 for a single point.
     #[must_use]
     pub fn length(&self) -> f64
     where
@@ -50,29 +54,31 @@ impl<const D: usize, P> Curve<D, P> {
         self.edges.iter().map(Edge::length).sum()
     }
 
-    /// Its last vertex is its first one.
+    /// Whether the last vertex of the curve is its first one.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.is_closed
     }
 
-    /// The vertex that is all of it.
+    /// The one vertex of a curve that is a single point; `None` for other curves.
     pub(crate) fn as_point(&self) -> Option<&Source<D, P>> {
         self.edges.is_empty().then_some(&self.first)
     }
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The curve through vertices in their order, each joined to the next by the shortest geodesic. It is closed where the
-    /// last vertex is the first one; vertices that repeat the one before are left out.
+    /// The curve through vertices in their order, each joined to the next by the shortest geodesic.
+    /// It is closed where the last vertex is the first one; vertices that repeat the one before are
+    /// left out.
     ///
-    /// A curve that bends is known as well as by its vertices; as many as there are graph nodes along it are enough.
+    /// A curve that bends is known only as well as by its vertices; as many vertices as there are
+    /// graph nodes along it are enough.
     ///
     /// # Errors
-    /// [`Error::NoSources`] without vertices, [`Error::NoCurves`] on surfaces of other dimensions than 2,
-    /// [`Error::NoEdge`] where two vertices are not joined by a geodesic.
+    /// [`Error::NoSources`] without vertices, [`Error::NoCurves`] on surfaces of other dimensions
+    /// than 2, [`Error::NoEdge`] where two vertices are not joined by a geodesic.
     ///
-    /// A path query for each edge, in parallel.
+    /// One path query for each edge, in parallel.
     pub fn curve(&self, vertices: &[Node<D, S::Place>]) -> Result<Curve<D, S::Place>, Error> {
         let dimension = self.geodesics.surface().intrinsic_dimension();
         if dimension != 2 {
@@ -98,7 +104,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         })
     }
 
-    /// Straight pieces of a curve, and their middles.
+    /// The straight pieces of a curve, and their middles as sources.
     pub(crate) fn pieces(
         &self,
         curve: &Curve<D, S::Place>,
@@ -122,8 +128,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         pieces.into_iter().flatten().unzip()
     }
 
-    /// Places close together all along a curve, from its first to its last vertex, each with how far off the next ones are
-    /// at most; `spacing` is that of the points near a place and its nearest node.
+    /// Places close together all along a curve, from its first to its last vertex, each with the
+    /// largest distance between successive places of its edge. `spacing` is the spacing of the
+    /// points near a place and its nearest node.
     pub(crate) fn places_on(
         &self,
         curve: &Curve<D, S::Place>,
@@ -142,13 +149,14 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         parallel::map(curve.edges.len(), of_edge).concat()
     }
 
+    /// The place at a length on an edge.
     fn place_on(&self, edge: &Edge<D, S::Place>, length: f64) -> Knot<D, S::Place> {
         let graph = self.geodesics.graph();
         let nearest = |x: &Vector<D>, near: u32| ray::nearest(graph, x, near);
         edge.at(self.geodesics.surface(), &nearest, length)
     }
 
-    /// The rays that leave a curve.
+    /// The rays that leave a curve: to both sides of each edge, and from each corner and end.
     pub(crate) fn bundles<'b>(
         &'b self,
         curve: &'b Curve<D, S::Place>,
@@ -172,8 +180,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         bundles
     }
 
-    /// The rays to one side of an edge: `side` is 1 to the right, where lengths grow to the left of the rays, and -1 to
-    /// the left.
+    /// The rays that leave one side of an edge at right angles. `side` is 1 for the right side,
+    /// where places along the edge grow to the left as seen along the rays, and -1 for the left
+    /// side.
     fn square<'b>(
         &'b self,
         edge: &'b Edge<D, S::Place>,
@@ -200,7 +209,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
-/// A place on a curve by itself.
+/// A place on a curve as a point source.
 fn source_at<const D: usize, P: Copy>(knot: &Knot<D, P>) -> Source<D, P> {
     let node = Node {
         point: knot.frame.point,
@@ -209,7 +218,7 @@ fn source_at<const D: usize, P: Copy>(knot: &Knot<D, P>) -> Source<D, P> {
     Source { node, start: 0.0 }
 }
 
-/// The rays that leave the corner between two edges to its outer side, if it turns.
+/// The rays that leave the corner between two edges to its outer side, if the corner turns.
 fn corner<'b, const D: usize, P: Copy + Sync>(
     before: &'b Edge<D, P>,
     after: &Edge<D, P>,

@@ -1,4 +1,4 @@
-//! Rays side by side as they start.
+//! Bundles: rays side by side as they leave a source.
 
 use std::f64::consts::TAU;
 
@@ -6,19 +6,20 @@ use crate::field::frame::Frame;
 use crate::field::knot::Knot;
 use crate::field::sources::Origin;
 
-/// Rays that leave every source.
+/// Number of rays that first leave every source.
 const FIRST_RAYS: usize = 32;
 
-/// What rays leave side by side from: a point, in directions told by their angle, or a curve, square to it, from
-/// places told by their arc length. These numbers grow to the left, seen along the rays.
+/// What rays leave side by side. They leave a point in directions told apart by their angle, or a
+/// curve, at right angles to it, from places told apart by their arc length. These numbers grow to
+/// the left, as seen along the rays.
 pub(crate) struct Bundle<'a, const D: usize, P> {
-    /// The distance there.
+    /// The distance where the rays start, in the input's units.
     pub start: f64,
-    /// Of the first rays.
+    /// The angles or places of the first rays.
     pub first: Vec<f64>,
-    /// The last ray has the first one to its left.
+    /// Whether the rays go all round, so that the last ray has the first one to its left.
     pub is_round: bool,
-    /// The start of a ray.
+    /// Makes the start of the ray with an angle or place.
     pub knot: Box<dyn Fn(f64) -> Knot<D, P> + Sync + 'a>,
 }
 
@@ -37,7 +38,7 @@ impl<'a, const D: usize, P: Copy + Sync> Bundle<'a, D, P> {
         }
     }
 
-    /// The range of the numbers that tell rays apart, if it has ends.
+    /// The range of the numbers that tell the rays apart, if it has ends.
     pub fn range(&self) -> Option<[f64; 2]> {
         let [from, .., to] = self.first[..] else {
             return None;
@@ -46,7 +47,7 @@ impl<'a, const D: usize, P: Copy + Sync> Bundle<'a, D, P> {
     }
 }
 
-/// The angles of the first rays.
+/// The angles of the first rays, all round or between two angles.
 fn first_angles(between: Option<[f64; 2]>) -> Vec<f64> {
     let apart = TAU / FIRST_RAYS as f64;
     match between {

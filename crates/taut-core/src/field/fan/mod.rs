@@ -1,4 +1,6 @@
-//! All the rays that leave a source, as far apart as the nodes of the graph.
+//! All the rays that leave a source, as close together as the nodes of the graph: where two
+//! neighbouring rays part too far, or part at a rim (the boundary of the surface), more rays are
+//! put between them.
 
 mod bundle;
 mod samples;
@@ -14,49 +16,63 @@ use crate::surface::Surface;
 pub(crate) use bundle::Bundle;
 pub(crate) use samples::Sample;
 
-/// Rays lie at most this many spacings of the graph's nodes apart, or farther where that is a small share of
-/// the radius of curvature.
+/// Largest distance between neighbouring rays, in spacings of the graph's nodes, where the surface
+/// bends much.
 const APART: f64 = 1.5;
+/// Largest distance between neighbouring rays, in spacings of the graph's nodes, where the surface
+/// bends little.
 const MOST_APART: f64 = 2.5;
+/// Share of the radius of curvature up to which neighbouring rays may be farther apart than
+/// [`APART`] spacings, but not than [`MOST_APART`].
 const RESOLVED: f64 = 0.25;
-/// Neighbouring rays that agree to this share of a radian, or of the length that they leave from, are not parted further.
+/// Least difference between neighbouring rays at which more are put between them, in radians, or as
+/// a share of the length of the curve that they leave from.
 const NARROWEST: f64 = 1e-9;
-/// How many rays to search for a pair's neighbour.
+/// Number of rays to each side of a pair among which its neighbour is searched for; the neighbour
+/// may be this many times as far off as the rays of the pair are from each other.
 const OUTWARDS: usize = 4;
-/// Rays begin between others where these are so much nearer to each other than they may be.
+/// Distance of two neighbouring rays, as a share of their largest distance, at which a ray between
+/// them begins.
 const EARLIER: f64 = 0.5;
-/// A ray that a rim ends casts a shadow where the one beside it goes on by so many spacings, ...
+/// Least length, in spacings of the graph's nodes, by which a ray must go on past the end of a
+/// neighbour that a rim stops, for the rim to cast a shadow there.
 const SHADOW: f64 = 1.0;
-/// ... and that one grazes the rim where it is no farther off than this many.
+/// Largest distance to a neighbour that a rim stops, in spacings of the graph's nodes, at which a
+/// ray grazes the rim.
 const GRAZING: f64 = 0.03;
-/// Rays put between two for that start so many spacings before.
+/// Length before the rim, in spacings of the graph's nodes, from which rays put between two for its
+/// sake start.
 const BEFORE: f64 = 2.0;
-/// Most jets for each node that a source may reach.
+/// Most jets for each node that a source may reach; no more rays are put between others above it.
 const MOST_JETS: usize = 16;
 
 /// A ray, with the length from which on it was needed.
 struct Ray<const D: usize, P> {
-    /// What tells it from those beside it: its angle at a point, or where it leaves a curve.
+    /// What tells the ray from those beside it: its angle at a point, in radians, or its place on
+    /// the curve that it leaves, in the input's units.
     angle: f64,
+    /// The length from which on jets are taken from the ray: before it, the rays beside it are
+    /// close enough together.
     needed_from: f64,
     knots: Vec<Knot<D, P>>,
-    /// A rim ends it.
+    /// Whether a rim ends the ray.
     stopped: bool,
-    /// Of rough edges that it jumps.
+    /// The dents of rough rims that the ray jumps.
     dents: Vec<Dent>,
 }
 
-/// Where a ray grazes a rim.
+/// A place where a ray grazes a rim.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Graze<const D: usize, P> {
     pub knot: Knot<D, P>,
+    /// The distance there, in the input's units.
     pub distance: f64,
-    /// The ray's at the source.
+    /// The angle at the source of the ray, or its place on the curve that it leaves.
     pub angle: f64,
 }
 
 impl<const D: usize, P: Copy> Ray<D, P> {
-    /// Where it ends: at the last knot or where J becomes 0.
+    /// The length at which the ray ends: at the last knot, or where J becomes 0.
     fn end(&self) -> f64 {
         match &self.knots[..] {
             [.., a, b] if b.jacobi[0] <= 0.0 => {
@@ -67,7 +83,7 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         }
     }
 
-    /// Whether it ends where rays beside it meet it.
+    /// Whether the ray ends where rays beside it meet it.
     fn meets(&self) -> bool {
         self.knots.last().is_some_and(|last| last.jacobi[0] <= 0.0)
     }
@@ -78,7 +94,7 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         detours.fold(0.0, f64::max)
     }
 
-    /// The ray at a length between its first and last knot.
+    /// The knot at a length between the ray's first and last knot.
     fn at(&self, length: f64) -> Option<Knot<D, P>> {
         let after = self.knots.partition_point(|knot| knot.length < length);
         let next = self.knots.get(after)?;
@@ -88,15 +104,15 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         between([self.knots.get(after.checked_sub(1)?)?, next], length)
     }
 
-    /// J and J'; `None` beyond the end.
+    /// The Jacobi field J and its derivative J' at a length; `None` beyond the end.
     fn jacobi(&self, length: f64) -> Option<[f64; 2]> {
         let inside = length > 0.0 && length <= self.end();
         let [j, slope] = self.at(length).filter(|_| inside)?.jacobi;
         (j > 0.0).then_some([j, slope])
     }
 
-    /// Where the edge is that a ray beside it, `angle` off, runs into and this one passes, and how far off that ray is
-    /// there.
+    /// The place where this ray passes a rim that another ray, `angle` beside it, runs into, and
+    /// how far off that ray is there, in spacings of the graph's nodes.
     fn passes(&self, other: &Self, angle: f64, spacing: &[f64]) -> Option<(Knot<D, P>, f64)> {
         let last = other.knots.last().filter(|_| other.stopped)?;
         let spacing = spacing[last.near as usize];
@@ -114,7 +130,8 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         ))
     }
 
-    /// The first length at which a ray at an angle beside it is too far off, or at a share of that.
+    /// The first length at which a ray at an angle beside this one is too far off, or off by a
+    /// share of that distance.
     fn parted(&self, angle: f64, share: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
             let spacing = spacing[knot.near as usize];
@@ -130,25 +147,29 @@ impl<const D: usize, P: Copy> Ray<D, P> {
 /// The rays of a bundle.
 pub(crate) struct Fan<'a, const D: usize, P> {
     rays: Vec<Ray<D, P>>,
-    /// Where rays are told apart between two numbers; the last one then has none to its left.
+    /// The range of the rays' angles or places, if it has ends; the last ray then has none to its
+    /// left. `None` where rays go all round.
     range: Option<[f64; 2]>,
     graph: &'a Graph<D, P>,
     spacing: &'a [f64],
     start: f64,
 }
 
-/// Where a ray begins between two others.
+/// A gap between two rays, in which a ray is to begin.
 struct Gap {
-    /// The ray to the right, and the angle to the one on its left.
+    /// The index of the ray to the right.
     right: usize,
+    /// The angle from the ray on the right to the ray on the left.
     angle: f64,
+    /// The length from which on the new ray is needed.
     needed_from: f64,
+    /// The length at which the new ray begins.
     begin: f64,
 }
 
 impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
-    /// Shoots rays between neighbours that part, generation by generation and in parallel. `reachable` nodes of the
-    /// graph limit their number.
+    /// Shoots rays between neighbours that part, generation by generation and in parallel.
+    /// `reachable`, the number of graph nodes that may be reached, limits the number of rays.
     pub fn new<S: Surface<D, Place = P>>(
         surface: &S,
         bundle: &Bundle<'_, D, P>,
@@ -184,14 +205,14 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
             let shot = parallel::map(gaps.len(), |i| {
                 let gap = &gaps[i];
                 let pair = fan.neighbours(gap.right, gap.angle, gap.begin);
-                // What begins at the source itself is known there.
+                // A ray that begins at the source itself is known there.
                 let pair = pair.filter(|_| gap.begin > 0.0);
                 let middle = pair.and_then(|[right, left]| {
                     let pair = [(&right.0, right.1), (&left.0, left.1)];
                     ray::halfway(surface, limits.graph, pair, gap.angle)
                 });
                 let angle = fan.rays[gap.right].angle + 0.5 * gap.angle;
-                // What begins between two others has passed what they have.
+                // A ray that begins between two others has passed the dents that they have passed.
                 let dents = if middle.is_some() {
                     fan.dents_before(gap)
                 } else {
@@ -206,7 +227,7 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         fan
     }
 
-    /// The dents that the rays to both sides of a gap jump before it.
+    /// The dents that the rays on both sides of a gap jump before it.
     fn dents_before(&self, gap: &Gap) -> Vec<Dent> {
         let left = self.beside(gap.right, 1).map(|(ray, _)| ray);
         let sides = std::iter::once(&self.rays[gap.right]).chain(left);
@@ -217,7 +238,7 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
             .collect()
     }
 
-    /// Neighbouring rays, the index of the first, and the angle between them.
+    /// All pairs of neighbouring rays, with the index of the right one and the angle between them.
     fn pairs(&self) -> impl Iterator<Item = (usize, [&Ray<D, P>; 2], f64)> {
         (0..self.rays.len()).filter_map(|i| {
             let (left, angle) = self.beside(i, 1)?;
@@ -225,7 +246,8 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         })
     }
 
-    /// The ray so many places to the left of another, and the angle from that to it; both are negative to the right.
+    /// The ray `places` to the left of another, and the angle from that one to it; both are
+    /// negative to the right.
     fn beside(&self, index: usize, places: isize) -> Option<(&Ray<D, P>, f64)> {
         let (here, count) = (&self.rays[index], self.rays.len() as isize);
         let there = index as isize + places;
@@ -241,7 +263,8 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         ))
     }
 
-    /// Where rays are too far apart, one of the two being young, or part at a rim.
+    /// The gaps where rays are too far apart, or part at a rim. One of the two rays must be young
+    /// (new in this generation).
     fn gaps(&self, young: &[bool], along: bool) -> Vec<Gap> {
         let spacing = self.spacing;
         let parts_at_rims = along || self.range.is_none();
@@ -274,12 +297,12 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         self.pairs().filter_map(gap).collect()
     }
 
-    /// The jets along the rays.
+    /// The jets along all rays.
     pub fn samples(&self) -> Vec<Sample<D>> {
         parallel::map(self.rays.len(), |i| samples::samples(self, i)).concat()
     }
 
-    /// Where the rays graze rims.
+    /// The places where the rays graze rims.
     pub fn grazes(&self) -> Vec<Graze<D, P>> {
         let graze = |ray: &Ray<D, P>, other: &Ray<D, P>, angle| {
             let (knot, off) = ray.passes(other, angle, self.spacing)?;
@@ -295,7 +318,8 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         self.pairs().flat_map(of_pair).flatten().collect()
     }
 
-    /// Two neighbouring rays at a length, each with the change of J by the angle, from the rays next to them too.
+    /// Two neighbouring rays at a length, each with the derivative of J by the angle, for which the
+    /// rays next to the pair are used too.
     fn neighbours(&self, index: usize, angle: f64, length: f64) -> Option<[(Knot<D, P>, f64); 2]> {
         let right = self.rays[index].at(length)?;
         let left = self.beside(index, 1)?.0.at(length)?;
@@ -325,7 +349,7 @@ fn slope_at(nodes: &[(f64, f64)], index: usize) -> f64 {
     terms.sum()
 }
 
-/// The rays with new ones, each after the one of an index, and which are new.
+/// Merges new rays into the old ones, each after the ray of an index, and tells which rays are new.
 fn merged<R>(old: Vec<R>, new: impl Iterator<Item = (usize, R)>) -> (Vec<R>, Vec<bool>) {
     let mut new = new.peekable();
     let (mut rays, mut young) = (Vec::new(), Vec::new());

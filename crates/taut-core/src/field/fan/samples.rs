@@ -7,15 +7,17 @@ use crate::field::knot::Knot;
 use crate::field::ray;
 use crate::field::sides::{self, Side};
 
-/// Jets along a ray lie so many spacings of the graph's nodes apart.
+/// Distance of the jets along a ray, in spacings of the graph's nodes.
 const ALONG: f64 = 1.0;
-/// The change of the front's curvature is found from rays at least this many spacings apart.
+/// Least distance, in spacings of the graph's nodes, of the rays from which the derivative of the
+/// front curvature is found.
 const BESIDE: f64 = 0.7;
-/// Nor are rays looked at that are farther off than the nearest of use by this factor.
+/// Farthest ray that is looked at for the derivative of the front curvature, as a multiple of the
+/// least distance of useful rays.
 const FARTHEST: f64 = 4.0;
-/// A ray is of no use where rays beside it meet it within a spacing over this.
+/// A ray is of no use where rays beside it meet it within the spacing divided by this.
 const FOCUSED: f64 = 1.0;
-/// A jet may be used as far as the ray beside it, and by this factor farther, whatever else.
+/// Factor of the distance to the next ray within which a jet may always be used.
 const AS_FAR: f64 = 1.1;
 
 /// A jet on a ray.
@@ -25,13 +27,15 @@ pub(crate) struct Sample<const D: usize> {
     pub jet: Jet,
     /// The nearest node of the graph.
     pub near: u32,
-    /// Estimated error of the distance by that of the surface.
+    /// Estimated error of the distance because of the surface's error and of dents that the ray
+    /// jumps, in the input's units.
     pub surface_error: f64,
-    /// How much shorter than others it must be to be believed.
+    /// How much shorter than others the jet's distance must be to be believed, in the input's
+    /// units.
     pub doubt: f64,
 }
 
-/// The jets along a ray from where on it is needed.
+/// The jets along a ray, from the length on at which the ray is needed.
 pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
     index: usize,
@@ -86,8 +90,9 @@ pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
     samples
 }
 
-/// The angles on one side to the next ray that goes as far as a length, and to where such rays end: at the last one before rays
-/// that met those beside them earlier, or at a ray that a rim stopped; `most` where neither is within that.
+/// Two angles on one side of a ray: to the next ray that goes as far as a length, and to where such
+/// rays end. They end at the last ray before rays that met those beside them earlier, or at a ray
+/// that a rim stopped. Each is `most` where there is none within that angle.
 fn room<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
     index: usize,
@@ -124,8 +129,9 @@ fn room<const D: usize, P: Copy + Send + Sync>(
     [next.unwrap_or(most), most]
 }
 
-/// A ray to one side of another by at least an angle, at a length: nearer ones tell the
-/// change of the curvature from its error no better than their distance. `side` is 1 to the left, -1 to the right.
+/// A ray on one side of another, at least at an angle from it, at a length. From nearer rays the
+/// derivative of the front curvature is not known better than its error over their distance. `side`
+/// is 1 to the left, -1 to the right.
 fn beside<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
     index: usize,

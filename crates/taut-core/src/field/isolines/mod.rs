@@ -1,8 +1,9 @@
-//! Isolines of fields as polylines on the surface.
+//! Isolines of fields, as polylines on the surface.
 //!
-//! A line of each component is begun where two neighbouring nodes of the graph lie on both sides of the level, and
-//! followed by steps across the gradient, each corrected along it (predictor and corrector: E. L. Allgower,
-//! K. Georg, "Numerical Continuation Methods", 1990).
+//! The line of each component is begun where two neighbouring nodes of the graph lie on both sides
+//! of the level. It is followed by steps across the gradient, each corrected along the gradient
+//! (predictor and corrector: E. L. Allgower, K. Georg, "Numerical Continuation Methods", 1990). It
+//! ends where it began, at a rim (the boundary of the surface), or where the field ends.
 
 mod spot;
 mod walk;
@@ -15,50 +16,57 @@ use crate::parallel;
 use crate::surface::atlas::Lists;
 use spot::{Follower, Spot};
 
-/// The points at one distance from the sources: a connected piece of them.
+/// A connected piece of the set of points at one distance from the sources.
 #[derive(Clone, Debug)]
 pub struct Isoline<const D: usize> {
-    /// The distance.
+    /// The distance of the points, in the input's units.
     pub level: f64,
-    /// The line runs back into itself; its first vertex is then repeated at its end.
+    /// Whether the line runs back into itself; its first vertex is then repeated at its end.
     pub closed: bool,
-    /// Vertices on the surface, what is nearer to the sources to the same side all along. Kinks, where fronts from
-    /// two sides meet, are rounded by a hundredth of the graph's spacing.
+    /// Vertices on the surface, in order; what is nearer to the sources lies to the same side all
+    /// along. Kinks, where fronts from two sides meet, are rounded by a hundredth of the graph's
+    /// spacing.
     pub points: Vec<Vector<D>>,
-    /// By how much the field at a vertex differs from the level at most.
+    /// The largest difference of the field at a vertex from the level, in the input's units.
     pub miss: f64,
 }
 
-/// Seeds are passed by a line at this distance, in mean edges of the graph, or this if their gradients agree.
+/// Largest distance at which a line passes a seed, in mean edges of the graph.
 const PASSED: f64 = 0.02;
+/// Largest distance at which a line passes a seed where their gradients agree, in mean edges of the
+/// graph.
 const PASSED_ALIKE: f64 = 0.15;
-/// Cosine of gradients that agree.
+/// Least cosine between gradients that agree.
 const ALIKE: f64 = 0.3;
-/// Sources nearer than this to an isoline, in mean edges, are looked at: there may be no node between.
+/// Largest distance between a source and an isoline, in mean edges of the graph, at which the line
+/// is looked for about the source: there may be no node between.
 const AT_SOURCE: f64 = 2.0;
 
-/// Lines of more vertices than some whose ends are this near, in mean edges, are closed: what parted them is the tip
-/// between two fronts that have just met.
+/// Number of vertices above which a line with a small gap between its ends is closed.
 const SHORT: usize = 8;
+/// Largest gap between the ends of a line that is closed, in mean edges of the graph: what parted
+/// them is the tip between two fronts that have just met.
 const GAP: f64 = 0.25;
 
 /// Places on a level that lines have to pass.
 struct Seeds<const D: usize, P> {
     spots: Vec<Spot<D, P>>,
-    /// By the nearest node.
+    /// For each node of the graph, the seeds whose nearest node it is.
     by_node: Lists,
+    /// Whether each seed still waits for a line to pass it.
     is_waiting: Vec<bool>,
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The isolines of a field on a two-dimensional surface at levels, in their order; with costs, lines of equal
-    /// cost. Lines end at rims and where the field does. A closed line that no two neighbouring nodes of the
-    /// graph lie on both sides of is seen about sources only.
+    /// The isolines of a field on a two-dimensional surface, at levels in their order; with costs
+    /// they are lines of equal cost. Lines end at rims and where the field does. A closed line that
+    /// no two neighbouring nodes of the graph lie on both sides of is seen about sources only.
     ///
     /// # Errors
     /// [`Error::NoIsolines`] on surfaces of other dimensions.
     ///
-    /// About O(n) in the nodes of the graph and the length of the lines in their spacing, levels in parallel.
+    /// About O(n) in the nodes of the graph and in the length of the lines over their spacing;
+    /// levels are found in parallel.
     pub fn isolines(&self, field: &Field<D>, levels: &[f64]) -> Result<Vec<Isoline<D>>, Error> {
         let dimension = self.geodesics.surface().intrinsic_dimension();
         if dimension != 2 {
@@ -89,7 +97,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             .collect())
     }
 
-    /// Where edges of the graph cross the level.
+    /// The places where edges of the graph cross the level.
     fn crossings(
         &self,
         distances: &[f64],
@@ -118,8 +126,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         spots
     }
 
-    /// Places about the sources, where the level is so near to them that there may be no node between; of costs
-    /// nothing is known nearer to a source than the points are. No node has longer edges in the mean than `widest`.
+    /// Places on the level about the sources, where the level is so near to them that there may be
+    /// no node between. With costs there are none, because nothing is known of costs nearer to a
+    /// source than the points are. `widest` is the largest mean edge of any node.
     fn beside_sources(
         &self,
         field: &Field<D>,
@@ -136,7 +145,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let near = ray::nearest(graph, x, near);
             if radius <= AT_SOURCE * self.mean_edge(near) {
                 let place = (graph.nodes[near as usize].place, near);
-                // A point is encircled, to a curve there are two sides.
+                // A point is encircled; a curve has two sides.
                 let [along, off] = piece.frame.tangents.map(|tangent| tangent * radius);
                 let steps: &[Vector<D>] = if piece.is_point() {
                     &[along]
@@ -158,7 +167,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         sum / edges.len().max(1) as f64
     }
 
-    /// Lines through all seeds.
+    /// The lines through all seeds.
     fn lines(
         &self,
         seeds: &mut Seeds<D, S::Place>,
@@ -198,7 +207,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         lines
     }
 
-    /// Takes the seeds that a step of a line passes off those waiting, and tells whether there were any.
+    /// Takes the seeds that a step of a line passes off the waiting ones, and tells whether there
+    /// were any.
     fn pass(
         &self,
         seeds: &mut Seeds<D, S::Place>,

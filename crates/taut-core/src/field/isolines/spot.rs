@@ -1,4 +1,4 @@
-//! Places on an isoline: found from beside it by steps along the gradient.
+//! Places on an isoline, found from beside it by steps along the gradient.
 
 use crate::Vector;
 use crate::field::evaluate::NEAREST_POINTS;
@@ -14,21 +14,24 @@ pub(super) struct Spot<const D: usize, P> {
     pub place: P,
     /// The nearest node of the graph.
     pub near: u32,
+    /// The distance at the place, in the input's units.
     pub distance: f64,
-    /// Along the gradient, of unit length.
+    /// The unit vector along the gradient.
     pub ahead: Vector<D>,
-    /// The change of the distance along it: 1 but for costs.
+    /// The derivative of the distance along `ahead`: 1 except with costs.
     slope: f64,
     pub frame: Frame<D>,
 }
 
-/// Corrections at most.
+/// Most corrections of a place.
 const CORRECTIONS: usize = 8;
-/// Distances differ from the level by this share of the mean edge at most, where the field jumps.
+/// Largest difference of the distance from the level, as a share of the mean edge, where the field
+/// jumps.
 const MOST_OFF: f64 = 0.02;
-/// Corrections end at this share of the mean edge.
+/// Difference of the distance from the level, as a share of the mean edge, at which corrections
+/// end.
 const LEAST_OFF: f64 = 1e-10;
-/// Lines may lie beyond rims by this share of the mean edge.
+/// How far a line may lie beyond a rim, as a share of the mean edge.
 const OVER_RIM: f64 = 0.03;
 
 /// Finds places on one isoline of a field.
@@ -70,7 +73,7 @@ impl<'a, const D: usize, S: Guide<D>> Follower<'a, D, S> {
         }
     }
 
-    /// What is known at the foot of a point; `None` beyond rims and where the field does not reach.
+    /// The place at the foot of a point; `None` beyond rims and where the field does not reach.
     pub fn spot(
         &mut self,
         x: &Vector<D>,
@@ -100,7 +103,7 @@ impl<'a, const D: usize, S: Guide<D>> Follower<'a, D, S> {
         })
     }
 
-    /// The place on the isoline near `x`, not farther from it than a length.
+    /// The place on the isoline near `x`, not farther from it than `farthest`.
     pub fn on_level(
         &mut self,
         x: &Vector<D>,
@@ -122,7 +125,7 @@ impl<'a, const D: usize, S: Guide<D>> Follower<'a, D, S> {
             }
             let next = self.spot(&(best.point + step), (best.place, best.near))?;
             if off(&next, self.level) >= left {
-                // Fronts meet between the two, or the field jumps there.
+                // Fronts meet between the two places, or the field jumps there.
                 if left > MOST_OFF * mean * best.slope {
                     best = next;
                     continue;

@@ -6,21 +6,24 @@ use crate::field::isolines::spot::{Follower, Spot};
 use crate::field::jet::norm;
 use crate::guess::Guide;
 
-/// Longest and shortest step, in mean edges of the graph: kinks are known to the latter.
+/// Longest step, in mean edges of the graph.
 const LONGEST: f64 = 0.25;
+/// Shortest step, in mean edges of the graph; it is also how well kinks are known.
 const SHORTEST: f64 = LONGEST / 64.0;
-/// Cosine of the turn in a step, but in a kink.
+/// Least cosine of the turn in a step, except in a kink.
 const TURN: f64 = 0.98;
-/// Where it is more than this, the next step may be longer by this factor.
+/// Cosine of the turn in a step above which the next step may be longer.
 const STRAIGHT: f64 = 0.995;
+/// Factor by which the next step may be longer after a straight one.
 const LONGER: f64 = 1.6;
-/// A step leads at least so far, in its length.
+/// Least distance that a step must lead onwards, as a share of its length.
 const ONWARD: f64 = 0.2;
-/// Behind a sharp corner the line is looked for so many shortest steps away.
+/// Distances, in shortest steps, at which the line is looked for behind a sharp corner.
 const CORNER: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
-/// A line that passes none of the seeds on so many mean edges runs where it ran before.
+/// Length without a new seed, in mean edges of the graph, after which a line is taken to run where
+/// it ran before.
 const ASTRAY: f64 = 10.0;
-/// A line closes if it passes its start at this share of a step.
+/// Distance from the start, as a share of a step, within which a passing line closes.
 const CLOSE: f64 = 0.3;
 
 /// The distance of a point from the straight step between two places.
@@ -30,11 +33,13 @@ pub(super) fn off<const D: usize, P>(x: &Vector<D>, from: &Spot<D, P>, to: &Spot
     (x - from.point - step * along.clamp(0.0, 1.0)).norm()
 }
 
-/// A place with the way on from there, the nearer side to one hand.
+/// A place with the direction in which the line goes on from there, with the nearer side to one
+/// hand.
 struct Way<const D: usize, P> {
     spot: Spot<D, P>,
-    /// 1 or -1, by the spot's frame.
+    /// The side on which the nearer points lie, 1 or -1, by the orientation of the spot's frame.
     hand: f64,
+    /// The unit direction in which the line goes on.
     onward: Vector<D>,
 }
 
@@ -47,7 +52,7 @@ impl<const D: usize, P: Copy> Way<D, P> {
         }
     }
 
-    /// At another place beside it, the nearer side to the same hand.
+    /// The way at another place beside this one, with the nearer side to the same hand.
     fn at(&self, spot: Spot<D, P>) -> Self {
         let hand = self.hand * self.spot.frame.handedness(&spot.frame);
         Self::new(spot, hand)
@@ -55,8 +60,9 @@ impl<const D: usize, P: Copy> Way<D, P> {
 }
 
 impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
-    /// The line from a place on, the nearer side on one hand throughout: `hand` is 1 or -1 for the two ways. And
-    /// whether it comes back. `pass` hears of each step and says whether it leads past something new.
+    /// Follows the line from a place on, and tells whether it comes back. The nearer side stays on
+    /// one hand: `hand` is 1 or -1 for the two directions. `pass` is told each step and says
+    /// whether it leads past a new seed.
     pub fn walk(
         &mut self,
         start: &Spot<D, S::Place>,
@@ -113,7 +119,8 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
         (line, false)
     }
 
-    /// On from a place where a front from elsewhere ends the line's own, along that.
+    /// Goes on from a place where a front from elsewhere ends the line's own front, along that
+    /// front's line.
     fn round_corner(&mut self, way: &Way<D, S::Place>, shortest: f64) -> Option<Way<D, S::Place>> {
         let here = &way.spot;
         for far in CORNER {
@@ -139,7 +146,7 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
     }
 }
 
-/// Across the gradient, to one hand.
+/// The unit vector at right angles to the gradient, to one hand.
 fn tangent<const D: usize, P>(spot: &Spot<D, P>, hand: f64) -> Vector<D> {
     let [a, b] = spot.frame.coordinates(&spot.ahead);
     let inverse = hand / norm([a, b]);

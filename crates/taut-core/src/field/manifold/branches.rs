@@ -1,4 +1,5 @@
-//! From jets on rays to jets at the nodes of the graph, in any dimension: those of one branch are averaged.
+//! From jets on rays to jets at the nodes of the graph, in any dimension: jets of one branch (one
+//! way round) are averaged.
 
 use crate::field::branches::{
     AT_SOURCE, MOST_BRANCHES, NEAREST, REACH, SAME_DIRECTION, SAME_DISTANCE,
@@ -9,41 +10,46 @@ use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
 use crate::{Matrix, Vector};
 
-/// A way in which a distance may reach the neighbourhood of a node.
+/// A way by which a distance may reach the neighbourhood of a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Branch<const D: usize> {
-    /// In the node's frame.
+    /// The jet of the distance, in the node's frame.
     pub jet: Jet<D>,
+    /// The index of the source that the way comes from.
     pub source: u32,
-    /// Estimated error of the distance.
+    /// Estimated error of the distance, in the input's units.
     pub error: f64,
-    /// So near the source that distances are measured from there.
+    /// Whether the node is so near the source that distances are measured from the source itself.
     pub at_source: bool,
 }
 
-/// Jets are carried no farther than this share of the way to where rays meet.
+/// Largest share of the way to where rays meet that a jet is carried.
 const MOST_DRAWN: f64 = 0.6;
 
-/// Jets of one branch being averaged.
+/// The weighted sums of the jets of one branch, which are being averaged.
 struct Group<const D: usize> {
+    /// The first jet, from which differences are taken.
     first: Jet<D>,
     source: u32,
     surface_error: f64,
     weight: f64,
-    /// Sums of weight times the value less the first's.
+    /// Sum of weight times the distance less that of the first jet.
     distance: f64,
+    /// Sum of weight times the square of the distance less that of the first jet.
     squares: f64,
     gradient: Vector<D>,
     shape: Matrix<D>,
 }
 
 impl<const D: usize> Group<D> {
+    /// Whether a jet belongs to the same branch as this group.
     fn takes(&self, jet: &Jet<D>, source: u32, spacing: f64) -> bool {
         self.source == source
             && self.first.gradient.dot(&jet.gradient) >= SAME_DIRECTION
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
     }
 
+    /// Adds a jet with its weight to the sums.
     fn add(&mut self, jet: &Jet<D>, weight: f64) {
         let more = jet.distance - self.first.distance;
         self.weight += weight;
@@ -53,6 +59,7 @@ impl<const D: usize> Group<D> {
         self.shape += jet.shape * weight;
     }
 
+    /// The branch that the averaged jets make.
     fn branch(&self) -> Branch<D> {
         let inverse = self.weight.recip();
         let mean = self.distance * inverse;
@@ -69,7 +76,8 @@ impl<const D: usize> Group<D> {
     }
 }
 
-/// The branches at a node with a frame, least distance first, of the jets near it and of sources beside it.
+/// The branches at a node with a frame, least distance first, from the jets near it and the sources
+/// beside it.
 pub(crate) fn branches<'a, const D: usize>(
     frame: &Frame<D>,
     spacing: f64,
@@ -87,7 +95,7 @@ pub(crate) fn branches<'a, const D: usize>(
             Some((weight, jet, sample, source))
         })
         .collect();
-    // Where rays draw together a jet is good for a share of the way to where they meet.
+    // Where rays draw together, a jet is good for a share of the way to where they meet.
     let good = |sample: &Sample<D>| {
         let off = (sample.frame.point - frame.point).norm();
         sample.jet.spreads_faster(-MOST_DRAWN / off)

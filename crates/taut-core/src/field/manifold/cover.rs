@@ -1,7 +1,7 @@
 //! Rays of a source in any dimension, until every node of the graph within reach has a jet near it.
 //!
-//! Nodes that have none are aimed at by the Jacobi fields of the rays nearest to them, those farthest along
-//! first, as their rays come by others.
+//! Nodes that have none are aimed at by the Jacobi fields of the rays nearest to them. Those
+//! farthest along come first, as their rays come by others.
 
 use crate::field::frame::ON_SURFACE;
 use crate::field::manifold::frame::{Frame, axis};
@@ -13,24 +13,31 @@ use crate::parallel;
 use crate::surface::Surface;
 use crate::{Matrix, Vector};
 
-/// The first rays leave towards nodes within so many spacings of the source, this far apart in radians.
+/// Largest distance from the source, in spacings of the graph's nodes, of the nodes towards which
+/// the first rays leave.
 const BEGIN: f64 = 3.0;
+/// Least angle between the first rays, in radians.
 const FIRST_APART: f64 = 0.35;
-/// A node is covered by a jet within so many spacings, and aimed at from one within so many.
+/// Largest distance, in spacings of the graph's nodes, at which a jet covers a node.
 const COVERED: f64 = 0.9;
+/// Largest distance, in spacings of the graph's nodes, of a jet from which a node is aimed at.
 const AIM: f64 = 2.2;
-/// It covers no more than this share of the way to where rays meet, but at least so many spacings.
+/// Largest share of the way to where rays meet within which a jet covers a node.
 const MOST_DRAWN: f64 = 0.4;
+/// Distance, in spacings of the graph's nodes, within which a jet covers a node even where rays
+/// soon meet.
 const LEAST_COVERED: f64 = 0.3;
-/// Rays are not aimed farther off than this, in radians.
+/// Largest angle at the source, in radians, between a ray and one that is aimed from it.
 const WIDEST: f64 = 0.5;
-/// A jet that covers a node is not longer than others would be there by more than this, in spacings.
+/// Most by which the distance that a covering jet says at a node may exceed the least one there, in
+/// spacings of the graph's nodes.
 const LONGER: f64 = 0.1;
-/// A jet is of no use where rays beside it meet it within a spacing over this.
+/// A jet is of no use where rays beside it meet it within the spacing divided by this.
 const FOCUSED: f64 = 1.0;
-/// How often a node is aimed at.
+/// Most times that a node is aimed at.
 const ATTEMPTS: u8 = 3;
-/// Nodes so many spacings apart are not aimed at at once.
+/// Largest distance, in spacings of the graph's nodes, between nodes of which only one is aimed at
+/// in one generation.
 const BESIDE: f64 = 1.6;
 /// Most jets for each node that a source may reach.
 const MOST_JETS: usize = 24;
@@ -38,28 +45,29 @@ const MOST_JETS: usize = 24;
 /// A jet on a ray.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample<const D: usize> {
-    /// The first tangent is the ray's.
+    /// The frame at the jet; its first tangent is the ray's.
     pub frame: Frame<D>,
     pub jet: Jet<D>,
-    /// From the source.
+    /// Length of the ray from the source, in the input's units.
     length: f64,
     /// The nearest node of the graph.
     pub near: u32,
-    /// Estimated error of the distance by that of the surface.
+    /// Estimated error of the distance because of the surface's own error, in the input's units.
     pub surface_error: f64,
-    /// From offsets to the side to angles at the source, and the ray's frame there.
+    /// The matrix from offsets to the side here to angles at the source.
     inverse: Matrix<D>,
+    /// The tangents of the ray at the source, in the coordinates of the source's frame.
     start: Matrix<D>,
 }
 
 impl<const D: usize> Sample<D> {
-    /// The distance at a point nearby to second order.
+    /// The distance at a point nearby, to second order.
     fn estimate(&self, x: &Vector<D>) -> f64 {
         let v = self.frame.coordinates(&(x - self.frame.point));
         self.jet.distance + v[0] + 0.5 * v.dot(&(self.jet.shape * v))
     }
 
-    /// The jet carried to another frame, unless that lies behind the source.
+    /// The jet carried to another frame, unless that frame lies behind the source.
     pub fn carried(&self, to: &Frame<D>) -> Option<Jet<D>> {
         let jet = self.jet.carried(&self.frame, to)?;
         (jet.distance >= self.jet.distance - self.length).then_some(jet)
@@ -80,7 +88,7 @@ impl<const D: usize> Sample<D> {
 
 type Origin<'a, const D: usize, P> = sources::Origin<'a, D, P, Frame<D>>;
 
-/// The jets found so far, by the node they are nearest to.
+/// The jets found so far, also listed by the node that they are nearest to.
 struct Cover<'a, const D: usize, S: Surface<D>> {
     surface: &'a S,
     origin: &'a Origin<'a, D, S::Place>,
@@ -108,6 +116,8 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
     let mut attempts = vec![(0, u32::MAX); nodes];
     let mut open = wanted.to_vec();
     let mut looked_at_all = true;
+    // Each generation aims at nodes that no jet covers yet, and ends when none can be aimed at any
+    // more.
     while cover.samples.len() <= MOST_JETS * wanted.len() {
         let aims = parallel::map(open.len(), |i| Some((open[i], cover.aim(open[i])?)));
         let aims: Vec<(u32, Option<u32>)> = aims.into_iter().flatten().collect();
@@ -116,7 +126,7 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
             if looked_at_all {
                 break;
             }
-            // A way found since may be shorter than the one that covers a node.
+            // A way found since then may be shorter than the one that covers a node.
             (open, looked_at_all) = (wanted.to_vec(), true);
             continue;
         }
@@ -135,6 +145,7 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
 }
 
 impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
+    /// The directions of the first rays: towards nodes near the source, apart from each other.
     fn first_directions(&self) -> Vec<Vector<D>> {
         let (origin, graph) = (self.origin, self.limits.graph);
         let mut directions: Vec<Vector<D>> = Vec::new();
@@ -153,6 +164,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         directions
     }
 
+    /// Shoots rays in these directions and notes the jets along them.
     fn shoot(&mut self, directions: &[Vector<D>]) {
         let this = &*self;
         let found = parallel::map(directions.len(), |i| {
@@ -170,6 +182,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         }
     }
 
+    /// The jets at the knots of a ray, up to where rays beside it come too near.
     fn samples_of(&self, knots: &[Knot<D, S::Place>], start: Matrix<D>) -> Vec<Sample<D>> {
         let jets = knots.iter().map_while(|knot| {
             if knot.length == 0.0 {
@@ -198,7 +211,8 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         samples.collect()
     }
 
-    /// The jet from which a node that none covers is to be aimed at, if any; `None` for those covered.
+    /// The jet from which a node that no jet covers is to be aimed at, if there is one; the outer
+    /// `None` is for covered nodes.
     fn aim(&self, node: u32) -> Option<Option<u32>> {
         let (graph, spacing) = (self.limits.graph, self.limits.spacing[node as usize]);
         let x = &graph.nodes[node as usize].point;
@@ -227,8 +241,8 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         }
     }
 
-    /// Of the nodes that can be aimed at, from another jet than last time, those with none farther along beside
-    /// them.
+    /// The nodes that can be aimed at from another jet than last time and that have no such node
+    /// farther along beside them.
     fn farthest(&self, aims: &[(u32, Option<u32>)], attempts: &[(u8, u32)]) -> Vec<(u32, u32)> {
         let mut rank = vec![f64::NEG_INFINITY; self.by_node.len()];
         let possible = || {

@@ -1,22 +1,24 @@
-//! A tangent frame with the second fundamental form in any dimension, and straight steps seen from it.
+//! Tangent frames with the second fundamental form in any dimension, and the straight steps that
+//! they determine.
 //!
 //! Tangent coordinates and matrices on them are padded to D with zeros.
 
 use crate::surface::Geometry;
 use crate::{Matrix, Vector};
 
-/// A point of a surface, its tangent space, and how the surface bends there.
+/// A point of a surface with its tangent space and its second fundamental form.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame<const D: usize> {
     pub point: Vector<D>,
-    /// The first k columns are orthonormal, the others zero.
+    /// The tangents in columns: the first k columns are orthonormal, the others zero.
     pub tangents: Matrix<D>,
-    /// II(e_i, e_j) for i <= j, row by row.
+    /// The second fundamental form: II(e_i, e_j) for i <= j, row by row.
     second: Vec<Vector<D>>,
+    /// The intrinsic dimension k.
     dimension: usize,
 }
 
-/// The coordinates of a tangent.
+/// The coordinates of the tangent with an index.
 pub(crate) fn axis<const D: usize>(tangent: usize) -> Vector<D> {
     let mut axis = Vector::zeros();
     axis[tangent] = 1.0;
@@ -24,7 +26,7 @@ pub(crate) fn axis<const D: usize>(tangent: usize) -> Vector<D> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// From the geometry at a point of the surface.
+    /// Makes the frame from the geometry at a point of the surface.
     pub fn new(point: Vector<D>, geometry: &Geometry<D>) -> Self {
         let mut tangents = Matrix::<D>::zeros();
         for j in 0..geometry.intrinsic_dimension() {
@@ -33,7 +35,7 @@ impl<const D: usize> Frame<D> {
         Self::of_tangents(point, tangents, geometry)
     }
 
-    /// With tangents given, which are nearly orthonormal and tangential.
+    /// Makes the frame with given tangents, which are nearly orthonormal and tangential.
     pub fn of_tangents(point: Vector<D>, tangents: Matrix<D>, geometry: &Geometry<D>) -> Self {
         let mut frame = Self {
             point,
@@ -45,7 +47,7 @@ impl<const D: usize> Frame<D> {
         frame
     }
 
-    /// The second fundamental form of the tangents, by polarisation.
+    /// Takes the second fundamental form of the tangents from a geometry, by polarisation.
     pub fn bend_as(&mut self, geometry: &Geometry<D>) {
         let k = self.dimension;
         let squares: [Vector<D>; D] = std::array::from_fn(|i| {
@@ -65,11 +67,12 @@ impl<const D: usize> Frame<D> {
         }
     }
 
-    /// The frame with tangents of which the first is given, a unit vector in the coordinates of this one.
+    /// The frame turned so that its first tangent is a given unit vector in the coordinates of this
+    /// frame.
     pub fn turned(&self, first: &Vector<D>) -> Self {
         let mut turn = Matrix::<D>::zeros();
         turn.set_column(0, first);
-        // The axis nearest to the first tangent may be one too many.
+        // The axis nearest to the first tangent is left out, as it may depend on the others.
         let others = (0..self.dimension).filter(|i| *i != first.iamax());
         for (count, other) in (1..).zip(others) {
             let mut next: Vector<D> = axis(other);
@@ -93,8 +96,9 @@ impl<const D: usize> Frame<D> {
         turned
     }
 
-    /// Puts a frame, found with this geometry near the surface, onto it, which must not be farther, and makes
-    /// its tangents orthonormal, the first of which keeps its direction.
+    /// Puts a frame that was found with this geometry near the surface onto the surface, and makes
+    /// its tangents orthonormal; the first one keeps its direction. `None` where the surface is
+    /// farther than `farthest`.
     pub fn settle(&mut self, geometry: &Geometry<D>, farthest: f64) -> Option<()> {
         let off = geometry.pseudo_inverse(&geometry.values);
         if off.norm() > farthest || !off.norm().is_finite() {
@@ -130,17 +134,17 @@ impl<const D: usize> Frame<D> {
         squares.sqrt()
     }
 
-    /// Tangent coordinates of a vector.
+    /// The tangent coordinates of a vector.
     pub fn coordinates(&self, v: &Vector<D>) -> Vector<D> {
         self.tangents.tr_mul(v)
     }
 
-    /// The vector of tangent coordinates.
+    /// The vector that has these tangent coordinates.
     pub fn vector(&self, v: &Vector<D>) -> Vector<D> {
         self.tangents * v
     }
 
-    /// The columns II(v, e_i).
+    /// The matrix whose columns are II(v, e_i).
     pub fn bends(&self, v: &Vector<D>) -> Matrix<D> {
         let mut bends = Matrix::<D>::zeros();
         let mut forms = self.second.iter();
@@ -155,9 +159,9 @@ impl<const D: usize> Frame<D> {
         bends
     }
 
-    /// The symmetric matrix R with u' R w = <R(u, g) g, w> by the equation of Gauss,
-    /// <II(u, w), II(g, g)> - <II(u, g), II(w, g)>: how the curvature draws together what runs along the
-    /// unit vector g.
+    /// The symmetric matrix R with u' R w = <R(u, g) g, w> by the equation of Gauss, <II(u, w),
+    /// II(g, g)> - <II(u, g), II(w, g)>. It tells how the curvature draws together what runs along
+    /// the unit vector g.
     pub fn tidal(&self, g: &Vector<D>) -> Matrix<D> {
         let bends = self.bends(g);
         let normal = bends * g;
@@ -175,8 +179,8 @@ impl<const D: usize> Frame<D> {
         tidal
     }
 
-    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent coordinates, as
-    /// [in two dimensions](crate::field::frame::Frame::log).
+    /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent
+    /// coordinates. The formula is that [in two dimensions](crate::field::frame::Frame::log).
     pub fn log(&self, x: &Vector<D>, share: f64) -> Vector<D> {
         let chord = x - self.point;
         let w = self.coordinates(&chord);
@@ -187,15 +191,16 @@ impl<const D: usize> Frame<D> {
         w + bends.tr_mul(&(bend * (1.0 / 6.0 - steep / 40.0) + height * share))
     }
 
-    /// Tangent coordinates there of a vector here, carried along the geodesic whose initial velocity is `v`;
-    /// errors are of third order in `v`.
+    /// The tangent coordinates at another frame of a vector carried there in parallel along the
+    /// geodesic whose initial velocity is `v`; errors are of third order in `v`.
     pub fn transported(&self, to: &Self, v: &Vector<D>, vector: &Vector<D>) -> Vector<D> {
         let bends = self.bends(v);
         let kept = vector + bends.tr_mul(&(bends * vector)) * 0.5;
         to.coordinates(&self.vector(&kept))
     }
 
-    /// As [`transported`](Self::transported) for a matrix M, T M T' with the transport T.
+    /// The matrix T M T' at another frame, where T is the [parallel transport](Self::transported)
+    /// of vectors along `v` and M a matrix here.
     pub fn transported_matrix(&self, to: &Self, v: &Vector<D>, matrix: &Matrix<D>) -> Matrix<D> {
         let bends = self.bends(v);
         let kept = Matrix::identity() + bends.tr_mul(&bends) * 0.5;

@@ -1,50 +1,60 @@
-//! Jets of a distance in any dimension: value, gradient and the front's shape, carried over a step.
+//! Jets of a distance in any dimension: its value, its gradient and the shape operator of its
+//! front, carried over a step.
 //!
-//! A step goes x along the gradient and y to the side. The front's shape S follows the equation of Riccati,
-//! S' = -S^2 - R, R the curvature along the ray; in the plane of the step it acts as that of a front in the
-//! surface of constant curvature K = <R u, u>, u = y / |y|, where the step is exact ([`grow`]). Errors are of
-//! fourth order in the step but for the change of S along the front, of third.
+//! A step goes x along the gradient and y to the side. The front's shape operator S follows the
+//! equation of Riccati, S' = -S^2 - R, where R is the curvature along the ray. In the plane of the
+//! step S acts as that of a front in the surface of constant curvature K = <R u, u>, u = y / |y|,
+//! where the step is exact ([`grow`]). Errors are of fourth order in the step, except that the
+//! change of S along the front makes one of third order.
 
 use crate::field::frame::ON_SURFACE;
 use crate::field::jet::{Growth, grow};
 use crate::field::manifold::frame::Frame;
 use crate::{Matrix, Vector};
 
-/// A distance near a point with a frame.
+/// The Taylor expansion of a distance near a point with a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Jet<const D: usize> {
+    /// The distance at the point, in the input's units.
     pub distance: f64,
-    /// Unit gradient in the frame's tangent coordinates.
+    /// The unit gradient, in the frame's tangent coordinates.
     pub gradient: Vector<D>,
-    /// Second derivatives: the shape operator of the front, 0 along the gradient.
+    /// The second derivatives of the distance, which are the shape operator of the front; 0 along
+    /// the gradient.
     pub shape: Matrix<D>,
 }
 
-/// Rays drawing together must not come nearer than this share of their distance in one step.
+/// Least distance, as a share of the distance before the step, that rays which draw together must
+/// keep in one step.
 const FOCUS: f64 = 0.1;
 
-/// Nor rays whose jets are carried, which depend on them more.
+/// Least distance, as a share of the distance before the step, that rays which draw together must
+/// keep in a step that carries a jet, which depends more on them.
 const JET_FOCUS: f64 = 0.25;
 
 /// A step of the distance in the plane of the gradient and the step.
 struct Step<const D: usize> {
     growth: Growth,
-    /// Along the gradient and to the side, and the unit vector to the side.
+    /// Length of the step along the gradient.
     x: f64,
+    /// Length of the step to the side.
     y: f64,
+    /// The unit vector to the side.
     side: Vector<D>,
-    /// Curvature of the front to the side and of the surface, that make the step what it is.
+    /// Curvature of the front to the side, with which the step is exact under constant curvature.
     front: f64,
+    /// Curvature of the surface in the plane of the step.
     gauss: f64,
     /// Slope of the distance out of the plane.
     across: Vector<D>,
-    /// By how much rays to the side have drawn together along the gradient.
+    /// The factor by which rays to the side draw together along the gradient.
     drawn: f64,
     tidal: Matrix<D>,
 }
 
 impl<const D: usize> Jet<D> {
-    /// A source at the frame's own point sees `to` at a distance; the jet there, in the frame of `to`.
+    /// The jet, in the frame of `to`, of the distance from a source at the point of `from`, where
+    /// the distance is `start`.
     pub fn of_point(from: &Frame<D>, start: f64, to: &Frame<D>) -> Option<Self> {
         let length = from.log(&to.point, ON_SURFACE).norm();
         let gradient = -to.log(&from.point, ON_SURFACE).try_normalize(0.0)?;
@@ -60,7 +70,8 @@ impl<const D: usize> Jet<D> {
         })
     }
 
-    /// The least curvature of the front is above a bound: no rays beside draw together faster.
+    /// Whether the least curvature of the front is above a bound, so that no rays beside draw
+    /// together faster.
     pub fn spreads_faster(&self, bound: f64) -> bool {
         (self.shape - Matrix::identity() * bound)
             .cholesky()
@@ -72,7 +83,7 @@ impl<const D: usize> Jet<D> {
         Some(self.distance + self.step(frame, v)?.growth.delta)
     }
 
-    /// The jet carried from its frame to another one.
+    /// The jet carried from its frame to another frame; `None` beyond where rays meet.
     pub fn carried(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
         let step = self.step(from, &v)?;
@@ -93,7 +104,8 @@ impl<const D: usize> Jet<D> {
         })
     }
 
-    /// How rays beside spread over a length along the gradient, I to begin with, and its derivative.
+    /// How neighbouring rays spread over a length along the gradient, as a matrix that is the
+    /// identity at first, and its derivative by the length.
     fn spread(&self, tidal: &Matrix<D>, length: f64) -> (Matrix<D>, Matrix<D>) {
         let (s, r) = (&self.shape, tidal);
         let rs = r * s;
@@ -105,12 +117,14 @@ impl<const D: usize> Jet<D> {
         (spread, slope)
     }
 
+    /// The shape operator of the front after a length along the gradient.
     fn shape_after(&self, tidal: &Matrix<D>, length: f64) -> Option<Matrix<D>> {
         let (spread, slope) = self.spread(tidal, length);
         let shape = slope * spread.try_inverse()?;
         Some((shape + shape.transpose()) * 0.5)
     }
 
+    /// The step of the distance to tangent coordinates `v`; `None` beyond where rays meet.
     fn step(&self, frame: &Frame<D>, v: &Vector<D>) -> Option<Step<D>> {
         let tidal = frame.tidal(&self.gradient);
         let x = self.gradient.dot(v);
@@ -126,7 +140,8 @@ impl<const D: usize> Jet<D> {
         let turned = slope * left;
         let after = turned.dot(&side);
         let across = (turned - side * after) * y;
-        // The front's curvature before the step that becomes `after` under constant curvature.
+        // This is the curvature of the front before the step that becomes `after` under constant
+        // curvature.
         let z = gauss * x * x;
         let (cs, sn) = (
             1.0 - z / 2.0 * (1.0 - z / 12.0),
@@ -150,7 +165,8 @@ impl<const D: usize> Jet<D> {
         })
     }
 
-    /// The gradient as a vector where `v` leads: carried along and bent with the surface, to second order.
+    /// The gradient as a vector at the point that `v` leads to: carried along and bent with the
+    /// surface, to second order.
     pub fn direction_at(&self, frame: &Frame<D>, v: &Vector<D>) -> Vector<D> {
         bent(frame, &(self.gradient + self.shape * v), v)
     }
@@ -176,7 +192,8 @@ impl<const D: usize> Step<D> {
             + self.front * length * (1.0 - turn / 6.0))
             / self.growth.spread;
         let sine = self.y / (length * self.growth.spread);
-        // In the plane, at a right angle to the step, to the side where the gradient is.
+        // This direction lies in the plane, at a right angle to the step, on the side where the
+        // gradient is.
         let beside = (jet.gradient * self.y - self.side * self.x) / length;
         let beside = from.transported(to, v, &beside);
         let beside = (beside - arrival * arrival.dot(&beside)).try_normalize(0.0);
@@ -186,13 +203,14 @@ impl<const D: usize> Step<D> {
     }
 }
 
-/// The least rotation that takes one unit vector to another, not opposite.
+/// The least rotation that takes one unit vector to another, which must not be opposite.
 fn rotation<const D: usize>(from: &Vector<D>, to: &Vector<D>) -> Matrix<D> {
     let turn = to * from.transpose() - from * to.transpose();
     Matrix::identity() + turn + turn * turn / (1.0 + from.dot(to))
 }
 
-/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero vector.
+/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero
+/// vector.
 pub(crate) fn bent<const D: usize>(
     frame: &Frame<D>,
     tangent: &Vector<D>,
@@ -219,7 +237,8 @@ mod tests {
         Frame::new(x, &geometry)
     }
 
-    /// Steps between points of the unit sphere of R^4, whose distance from a pole is known: of fifth order.
+    /// Steps between points of the unit sphere of R^4, whose distance from a pole is known: the
+    /// error is of fifth order.
     #[test]
     fn steps_on_the_three_sphere_are_of_fifth_order() {
         let pole = frame([0.0, 0.0, 0.0, 1.0]);

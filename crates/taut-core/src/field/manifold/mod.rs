@@ -1,4 +1,5 @@
-//! Fields on surfaces of any dimension: rays with all their Jacobi fields, aimed at the nodes of the graph.
+//! Fields on surfaces of any dimension: rays with all their Jacobi fields are aimed at the nodes of
+//! the graph, and the jets near each node are averaged there.
 
 mod branches;
 mod cover;
@@ -22,13 +23,15 @@ use jet::bent;
 /// The distances from sources at the nodes of the graph.
 #[derive(Clone, Debug)]
 pub(crate) struct Found<const D: usize> {
-    /// At each node of the graph, least distance first.
+    /// The branches at each node of the graph, least distance first.
     pub branches: Vec<Vec<Branch<D>>>,
+    /// The frame at each source, and the distance there.
     sources: Vec<(Frame<D>, f64)>,
+    /// The largest distance, in the input's units, that was looked for.
     max_distance: f64,
 }
 
-/// The frame at a node.
+/// The frame at a node; `None` where the surface has none.
 pub(crate) fn frame<const D: usize, S: Guide<D>>(
     surface: &S,
     node: &Node<D, S::Place>,
@@ -38,7 +41,7 @@ pub(crate) fn frame<const D: usize, S: Guide<D>>(
     known.then(|| Frame::new(node.point, geometry))
 }
 
-/// The distances at the nodes of the graph.
+/// Finds the distances from sources at the nodes of the graph.
 pub(crate) fn find<const D: usize, S: Guide<D>>(
     fields: &Fields<D, S>,
     given: &[Source<D, S::Place>],
@@ -75,6 +78,7 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
             (&sources.frames[source], given[source].start, *i)
         });
         let mut found = branches::branches(frame, fields.ground.spacing[i], jets, beside);
+        // No distance is shorter than straight through space; what a jet says less is an error.
         for branch in &mut found {
             let short = sources.shortfall(branch.source, &frame.point, branch.jet.distance);
             branch.jet.distance += short;
@@ -100,8 +104,8 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
     })
 }
 
-/// By how much the jets of a node miss the distances of its nearest neighbours at most: what they may be
-/// wrong by in between.
+/// The most by which the jets of a node miss the distances of its adjacent nodes: this is what they
+/// may be wrong by in between.
 fn disagreement<const D: usize, S: Guide<D>>(
     fields: &Fields<D, S>,
     lists: &[Vec<Branch<D>>],
@@ -166,7 +170,7 @@ impl<const D: usize> Found<D> {
         value
     }
 
-    /// Rays draw together so much at a node that its neighbours may know better.
+    /// Whether rays draw together so much at a node that its neighbours may know better.
     pub fn is_focused(&self, node: u32, spacing: f64) -> bool {
         let mut branches = self.branches[node as usize].iter();
         branches.any(|branch| !branch.jet.spreads_faster(-FOCUSED / spacing))

@@ -1,7 +1,9 @@
-//! One geodesic from a source in any dimension, with its Jacobi fields: how rays beside it spread.
+//! Integration of one geodesic from a source in any dimension with its Jacobi fields, which tell
+//! how the rays beside it spread.
 //!
-//! x'' = II(x', x'), a frame carried along it, E' = II(E, x'), and in that frame A'' = -R A, by the embedded
-//! pair of [`field::ray`](crate::field::ray).
+//! The equations are x'' = II(x', x'), E' = II(E, x') for a frame carried along the ray, and in
+//! that frame A'' = -R A. They are integrated by the embedded pair of
+//! [`field::ray`](crate::field::ray).
 
 use crate::correction::length::HeightErrors;
 use crate::field::manifold::frame::{Frame, axis};
@@ -15,12 +17,14 @@ use crate::{Matrix, Vector};
 /// A place on a ray.
 #[derive(Clone, Debug)]
 pub(crate) struct Knot<const D: usize, P> {
-    /// From the source.
+    /// Length of the ray from the source, in the input's units.
     pub length: f64,
-    /// The first tangent is the ray's, the others have been carried along it.
+    /// The frame here: its first tangent is the ray's, the others have been carried in parallel
+    /// along the ray.
     pub frame: Frame<D>,
-    /// A and A' in this frame: the column i says how far rays that leave the source towards tangent i go
-    /// apart. 0 and the identity at the source; 1 and 0 along the ray.
+    /// The Jacobi fields A and A' in this frame. Column i says how far rays that leave the source
+    /// towards tangent i go apart: at the source it is 0 in A and that of the identity in A'. Along
+    /// the ray itself A has 1 and A' has 0.
     pub jacobi: [Matrix<D>; 2],
     pub place: P,
     /// The nearest node of the graph.
@@ -29,9 +33,10 @@ pub(crate) struct Knot<const D: usize, P> {
     pub heights: HeightErrors,
 }
 
-/// Jets along a ray are at most this many spacings of the graph's nodes apart.
+/// Largest distance between jets along a ray, in spacings of the graph's nodes.
 const ALONG: f64 = 1.0;
 
+/// What is integrated along a ray: the point, the frame and the Jacobi fields.
 #[derive(Clone, Copy)]
 struct State<const D: usize> {
     x: Vector<D>,
@@ -40,6 +45,7 @@ struct State<const D: usize> {
 }
 
 impl<const D: usize> State<D> {
+    /// The state after a step along the weighted sum of slopes.
     fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
         let mut moved = *self;
         for (slope, weight) in slopes.iter().zip(weights) {
@@ -52,7 +58,7 @@ impl<const D: usize> State<D> {
         moved
     }
 
-    /// The derivative by length, with the frame of this state.
+    /// The derivative of the state by length, with the frame of this state.
     fn slope(&self, frame: &Frame<D>) -> Self {
         let first = axis(0);
         Self {
@@ -64,7 +70,8 @@ impl<const D: usize> State<D> {
 }
 
 impl<const D: usize, P: Copy> Knot<D, P> {
-    /// At the source, along a direction given in the coordinates of its frame.
+    /// The knot at the source of the ray along a direction given in the coordinates of the source's
+    /// frame.
     pub fn first(source: &Frame<D>, direction: &Vector<D>, place: P, near: u32) -> Self {
         let (mut spread, mut slope) = (Matrix::identity(), Matrix::zeros());
         for i in 1..source.dimension() {
@@ -82,8 +89,8 @@ impl<const D: usize, P: Copy> Knot<D, P> {
     }
 }
 
-/// The geodesic from a knot on, which ends beyond the limits, before rays beside it meet it, or where the
-/// surface ends.
+/// Follows the geodesic from a knot on. It ends beyond the limits, before rays beside it meet it,
+/// or where the surface ends.
 pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     surface: &S,
     start: Knot<D, S::Place>,
@@ -165,8 +172,8 @@ pub(crate) fn follow<const D: usize, S: Surface<D>>(
     knots
 }
 
-/// Whether rays beside meet the ray on a step: what takes one A to the next is then no longer near the
-/// identity.
+/// Whether rays beside a ray meet it on a step: the matrix that takes one A to the next is then no
+/// longer near the identity.
 fn meets<const D: usize>(before: &Matrix<D>, after: &Matrix<D>) -> bool {
     let Some(inverse) = before.try_inverse() else {
         return true;
@@ -175,7 +182,8 @@ fn meets<const D: usize>(before: &Matrix<D>, after: &Matrix<D>) -> bool {
     (passed + passed.transpose()).cholesky().is_none()
 }
 
-/// A step with its estimated error; `None` where it leaves what is known of the surface or ends farther off it.
+/// One step with its estimated error; `None` where it leaves what is known of the surface or ends
+/// farther than `farthest` off it.
 fn advance<const D: usize, S: Surface<D>>(
     surface: &S,
     from: &Knot<D, S::Place>,
