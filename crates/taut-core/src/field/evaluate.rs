@@ -2,21 +2,19 @@
 //! distance is taken.
 
 use crate::Vector;
-use crate::field::branches::{Branch, SAME_DIRECTION};
-use crate::field::doubt::DOUBTFUL;
-use crate::field::frame::{Frame, OFF_SURFACE, ON_SURFACE};
-use crate::field::jet::{direction_at, norm};
 use crate::field::manifold::Found;
+use crate::field::plane::norm;
+use crate::field::rays::branches::{Branch, SAME_DIRECTION};
+use crate::field::rays::doubt::DOUBTFUL;
+use crate::field::rays::frame::{Frame, OFF_SURFACE, ON_SURFACE};
+use crate::field::rays::jet::direction_at;
+use crate::field::rays::ray;
 use crate::field::sources::nearest_entrance;
-use crate::field::{Field, Fields, Other, ray};
+use crate::field::{Field, Fields, Other};
 use crate::guess::Guide;
 use crate::parallel;
 use crate::surface::Node;
 use crate::surface::atlas::Atlas;
-
-/// Rays are focused where they meet within the spacing divided by this; jets of neighbouring nodes
-/// are then looked at too.
-pub(crate) const FOCUSED: f64 = 0.3;
 
 /// How uncertain the place of a rim that rays graze is, in spacings of the graph's nodes.
 const EDGE: f64 = 0.3;

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::field::manifold;
 use crate::field::manifold::ray::{Knot, follow};
-use crate::field::ray::Limits;
+use crate::field::rays::ray::Limits;
 use crate::field::{Fields, Settings};
 use crate::guess::Guide;
 use crate::surface::{Geometry, Node, named};

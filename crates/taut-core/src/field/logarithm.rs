@@ -5,11 +5,12 @@
 use crate::Vector;
 use crate::correction;
 use crate::error::Error;
-use crate::field::branches::{Branch, SAME_DIRECTION};
-use crate::field::evaluate::{FOCUSED, Taken, Value};
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, Jet, norm, turned_by};
-use crate::field::piece::Piece;
+use crate::field::evaluate::{Taken, Value};
+use crate::field::plane::{norm, turned_by};
+use crate::field::rays::branches::{Branch, SAME_DIRECTION};
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::jet::{Heading, Jet};
+use crate::field::rays::piece::Piece;
 use crate::field::{Field, Fields, frame};
 use crate::guess::Guide;
 use crate::parallel;
@@ -114,7 +115,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             (jet, branch.angle_error + next)
         });
         let doubtful = known.is_none_or(|(_, error)| error > DOUBTFUL);
-        let focused = branch.jet.curvature * self.ground.spacing[taken.node as usize] < -FOCUSED;
+        let focused = branch.is_focused(self.ground.spacing[taken.node as usize]);
         let polished = (doubtful && focused).then(|| {
             let from = self.ground.frames[taken.node as usize].as_ref()?;
             let hand = from.handedness(here) * branch.jet.heading.turn;

@@ -31,29 +31,17 @@
 //! # Ok::<(), taut_core::error::Error>(())
 //! ```
 
-mod aim;
-mod bend;
-mod branches;
 mod cost;
 mod curve;
-mod dents;
-mod doubt;
 mod evaluate;
 mod exponential;
-mod fan;
 mod farthest;
-mod frame;
 mod isolines;
-mod jet;
-mod knot;
 mod logarithm;
 mod manifold;
-mod march;
 mod nearest;
-mod piece;
-mod ray;
+mod plane;
 mod rays;
-mod sides;
 mod sources;
 
 pub use cost::{Cost, Slope};
@@ -75,10 +63,10 @@ use crate::guess::graph::{Edge, Graph};
 use crate::parallel;
 use crate::surface::atlas::{Atlas, Lists};
 use crate::surface::{Geometry, Node, Surface};
-use bend::Rims;
-use branches::Branch;
-use frame::Frame;
-use piece::Piece;
+use rays::bend::Rims;
+use rays::branches::Branch;
+use rays::frame::Frame;
+use rays::piece::Piece;
 
 /// A point that distances are measured from.
 #[derive(Clone, Copy, Debug)]

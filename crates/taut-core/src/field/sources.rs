@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::error::Error;
-use crate::field::ray::Limits;
+use crate::field::rays::ray::Limits;
 use crate::field::{Curve, Fields, Settings, Source};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::field::Value;
 use crate::field::cost::update::{Known, Target, Way, through};
 use crate::field::cost::{Found, Net, Slope};
-use crate::field::frame::Frame;
+use crate::field::rays::frame::Frame;
 use crate::surface::{Geometry, Node, Surface};
 
 /// Number of points nearest to a place among which the one with the least way there tells the

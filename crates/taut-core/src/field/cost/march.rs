@@ -11,7 +11,7 @@ use crate::field::Value;
 use crate::field::cost::Slope;
 use crate::field::cost::net::{Net, Rings, Spoke};
 use crate::field::cost::update::{Known, Way, through};
-use crate::field::frame::Frame;
+use crate::field::rays::frame::Frame;
 use crate::parallel;
 
 /// Number of points nearest to a source that take the straight way from it.

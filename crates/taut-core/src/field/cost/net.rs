@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::field::cost::barrier::Barrier;
 use crate::field::cost::update::Target;
 use crate::field::cost::{Cost, Slope};
-use crate::field::frame::Frame;
+use crate::field::rays::frame::Frame;
 use crate::parallel;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::{Atlas, ChartIndex, Lists};

@@ -3,7 +3,7 @@
 
 use crate::Vector;
 use crate::field::cost::Slope;
-use crate::field::frame::{Frame, ON_SURFACE};
+use crate::field::rays::frame::{Frame, ON_SURFACE};
 
 /// What is known at a point: the cost per length there, the least cost and its gradient.
 #[derive(Clone, Copy, Debug)]

@@ -8,10 +8,10 @@
 use crate::Vector;
 use crate::correction;
 use crate::error::Error;
-use crate::field::frame::ON_SURFACE;
-use crate::field::jet::norm;
-use crate::field::knot::{Knot, between};
-use crate::field::ray::{self, Limits};
+use crate::field::plane::norm;
+use crate::field::rays::frame::ON_SURFACE;
+use crate::field::rays::knot::{Knot, between};
+use crate::field::rays::ray::{self, Limits};
 use crate::field::{Fields, Settings, frame};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;

@@ -10,7 +10,8 @@ mod walk;
 
 use crate::Vector;
 use crate::error::Error;
-use crate::field::{Field, Fields, ray};
+use crate::field::rays::ray;
+use crate::field::{Field, Fields};
 use crate::guess::Guide;
 use crate::parallel;
 use crate::surface::atlas::Lists;

@@ -2,8 +2,9 @@
 
 use crate::Vector;
 use crate::field::evaluate::NEAREST_POINTS;
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::{Field, Fields, Other, ray};
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::ray;
+use crate::field::{Field, Fields, Other};
 use crate::guess::Guide;
 use crate::surface::Geometry;
 

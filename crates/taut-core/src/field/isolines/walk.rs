@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::field::isolines::ALIKE;
 use crate::field::isolines::spot::{Follower, Spot};
-use crate::field::jet::norm;
+use crate::field::plane::norm;
 use crate::guess::Guide;
 
 /// Longest step, in mean edges of the graph.

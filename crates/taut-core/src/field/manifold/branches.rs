@@ -1,13 +1,13 @@
 //! From jets on rays to jets at the nodes of the graph, in any dimension: jets of one branch (one
 //! way round) are averaged.
 
-use crate::field::branches::{
-    AT_SOURCE, MOST_BRANCHES, NEAREST, REACH, SAME_DIRECTION, SAME_DISTANCE,
-};
-use crate::field::frame::ON_SURFACE;
 use crate::field::manifold::cover::Sample;
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
+use crate::field::rays::branches::{
+    AT_SOURCE, MOST_BRANCHES, NEAREST, REACH, SAME_DIRECTION, SAME_DISTANCE,
+};
+use crate::field::rays::frame::ON_SURFACE;
 use crate::{Matrix, Vector};
 
 /// A way by which a distance may reach the neighbourhood of a node.

@@ -3,11 +3,11 @@
 //! Nodes that have none are aimed at by the Jacobi fields of the rays nearest to them. Those
 //! farthest along come first, as their rays come by others.
 
-use crate::field::frame::ON_SURFACE;
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
 use crate::field::manifold::ray::{self, Knot};
-use crate::field::ray::Limits;
+use crate::field::rays::frame::ON_SURFACE;
+use crate::field::rays::ray::Limits;
 use crate::field::sources;
 use crate::parallel;
 use crate::surface::Surface;

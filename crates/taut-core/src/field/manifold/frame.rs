@@ -180,7 +180,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// The initial velocity of the geodesic that reaches the foot of `x` at time 1, in tangent
-    /// coordinates. The formula is that [in two dimensions](crate::field::frame::Frame::log).
+    /// coordinates. The formula is that [in two dimensions](crate::field::rays::frame::Frame::log).
     pub fn log(&self, x: &Vector<D>, share: f64) -> Vector<D> {
         let chord = x - self.point;
         let w = self.coordinates(&chord);

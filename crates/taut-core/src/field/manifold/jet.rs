@@ -7,9 +7,9 @@
 //! where the step is exact ([`grow`]). Errors are of fourth order in the step, except that the
 //! change of S along the front makes one of third order.
 
-use crate::field::frame::ON_SURFACE;
-use crate::field::jet::{Growth, grow};
 use crate::field::manifold::frame::Frame;
+use crate::field::rays::frame::ON_SURFACE;
+use crate::field::rays::jet::{Growth, grow};
 use crate::{Matrix, Vector};
 
 /// The Taylor expansion of a distance near a point with a frame.

@@ -9,8 +9,9 @@ pub(crate) mod ray;
 
 use crate::Vector;
 use crate::error::Error;
-use crate::field::evaluate::{FOCUSED, Value};
-use crate::field::frame::ON_SURFACE;
+use crate::field::evaluate::Value;
+use crate::field::rays::branches::FOCUSED;
+use crate::field::rays::frame::ON_SURFACE;
 use crate::field::{Fields, Settings, Source, by_node};
 use crate::guess::Guide;
 use crate::parallel;

@@ -3,11 +3,11 @@
 //!
 //! The equations are x'' = II(x', x'), E' = II(E, x') for a frame carried along the ray, and in
 //! that frame A'' = -R A. They are integrated by the embedded pair of
-//! [`field::ray`](crate::field::ray).
+//! [`field::ray`](crate::field::rays::ray).
 
 use crate::correction::length::HeightErrors;
 use crate::field::manifold::frame::{Frame, axis};
-use crate::field::ray::{
+use crate::field::rays::ray::{
     AT, DIFFERENCE, FARTHEST_OFF, JUMP, LONGER, Limits, MOST_STEPS, OFF, OVER_RIM, SHORTEST,
     SIDEWAYS, nearest,
 };

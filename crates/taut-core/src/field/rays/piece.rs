@@ -1,8 +1,9 @@
 //! Sources as they are measured from near by: a point, or a straight piece of a curve.
 
 use crate::Vector;
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, Jet, bent, norm};
+use crate::field::plane::norm;
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::jet::{Heading, Jet, bent};
 
 /// A point source, or a piece of a geodesic that is short compared with the surface's radius of
 /// curvature.

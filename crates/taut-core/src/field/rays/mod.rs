@@ -1,17 +1,32 @@
 //! Fields on surfaces of dimension 2. Rays leave the sources, the nodes of the graph take branches
 //! from the rays near them, and what the branches may be wrong by is estimated.
 
+pub(in crate::field) mod aim;
+pub(in crate::field) mod bend;
+pub(in crate::field) mod branches;
+pub(in crate::field) mod carry;
+pub(in crate::field) mod dents;
+pub(in crate::field) mod doubt;
+pub(in crate::field) mod fan;
+pub(in crate::field) mod frame;
+pub(in crate::field) mod jet;
+pub(in crate::field) mod knot;
+pub(in crate::field) mod piece;
+pub(in crate::field) mod ray;
+pub(in crate::field) mod sides;
+
 use crate::error::Error;
-use crate::field::bend::Grazed;
-use crate::field::branches::{self, Branch};
-use crate::field::doubt::{self, Sight};
-use crate::field::fan::{Bundle, Fan, Sample};
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Jet, norm};
-use crate::field::piece::Piece;
-use crate::field::ray::Limits;
+use crate::field::plane::norm;
+use crate::field::rays::bend::Grazed;
+use crate::field::rays::branches::Branch;
+use crate::field::rays::doubt::Sight;
+use crate::field::rays::fan::{Bundle, Fan, Sample};
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::jet::Jet;
+use crate::field::rays::piece::Piece;
+use crate::field::rays::ray::Limits;
 use crate::field::sources::Prepared;
-use crate::field::{Field, Fields, Settings, Sources, by_node, frame, march};
+use crate::field::{Field, Fields, Settings, Sources, by_node, frame};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::parallel;
@@ -73,7 +88,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let (samples, bent) = self.cast(bundles, &sources.bound, settings);
         let mut lists = self.branches_at_nodes(&pieces, sources, &samples);
         let graph = self.geodesics.graph();
-        march::carry_on(graph, &self.ground.frames, &sources.bound, bent, &mut lists);
+        carry::carry_on(graph, &self.ground.frames, &sources.bound, bent, &mut lists);
         let tolerance = self.tolerance(settings);
         if let Some(sight) = Sight::new(self, &pieces, &sources.nodes, tolerance) {
             sight.prove(&mut lists, |_, branch| doubt::is_scattered(branch));

@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::correction::length::HeightErrors;
-use crate::field::frame::Frame;
+use crate::field::rays::frame::Frame;
 
 /// A place on a ray, with the frame and the Jacobi field there.
 #[derive(Clone, Copy, Debug)]

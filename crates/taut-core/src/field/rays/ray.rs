@@ -7,9 +7,9 @@
 //! boundary of the surface), at a conjugate point, or past its limits.
 
 use crate::Vector;
-use crate::field::dents::{self, Dent};
-use crate::field::frame::Frame;
-use crate::field::knot::Knot;
+use crate::field::rays::dents::{self, Dent};
+use crate::field::rays::frame::Frame;
+use crate::field::rays::knot::Knot;
 use crate::geodesics::ray::State;
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;

@@ -2,8 +2,8 @@
 //! rough rim that rays jump.
 
 use crate::correction::length::detour;
-use crate::field::knot::{Knot, between};
-use crate::field::ray::{Limits, OVER_RIM, nearest};
+use crate::field::rays::knot::{Knot, between};
+use crate::field::rays::ray::{Limits, OVER_RIM, nearest};
 use crate::surface::{Geometry, Surface};
 
 /// Distance between the places at which a step is looked at for rims, in spacings of the graph's
@@ -38,7 +38,7 @@ impl Dent {
 
 /// The deepest dent that a step jumps, and the step's last place on the surface where it leaves the
 /// surface for good; `None` for what does not occur.
-pub(super) fn passed<const D: usize, S: Surface<D>>(
+pub(in crate::field) fn passed<const D: usize, S: Surface<D>>(
     surface: &S,
     step: [&Knot<D, S::Place>; 2],
     limits: &Limits<D, S::Place>,

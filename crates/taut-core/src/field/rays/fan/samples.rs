@@ -1,11 +1,11 @@
 //! The jets along rays that lie side by side.
 
 use super::Fan;
-use crate::field::frame::Frame;
-use crate::field::jet::{Jet, WIDE};
-use crate::field::knot::Knot;
-use crate::field::ray;
-use crate::field::sides::{self, Side};
+use crate::field::rays::frame::Frame;
+use crate::field::rays::jet::{Jet, WIDE};
+use crate::field::rays::knot::Knot;
+use crate::field::rays::ray;
+use crate::field::rays::sides::{self, Side};
 
 /// Distance of the jets along a ray, in spacings of the graph's nodes.
 const ALONG: f64 = 1.0;
@@ -36,7 +36,7 @@ pub(crate) struct Sample<const D: usize> {
 }
 
 /// The jets along a ray, from the length on at which the ray is needed.
-pub(super) fn samples<const D: usize, P: Copy + Send + Sync>(
+pub(in crate::field) fn samples<const D: usize, P: Copy + Send + Sync>(
     fan: &Fan<D, P>,
     index: usize,
 ) -> Vec<Sample<D>> {

@@ -4,9 +4,10 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use crate::field::branches::Branch;
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, Jet, norm};
+use crate::field::plane::norm;
+use crate::field::rays::branches::Branch;
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::jet::{Heading, Jet};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 

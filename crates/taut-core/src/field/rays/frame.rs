@@ -2,7 +2,7 @@
 //! determine.
 
 use crate::Vector;
-use crate::field::jet::norm;
+use crate::field::plane::norm;
 use crate::surface::Geometry;
 
 /// A point of a two-dimensional surface with its tangent plane and its second fundamental form.

@@ -1,6 +1,6 @@
 //! The change of the front curvature along a front, as the rays to both sides of a ray tell it.
 
-use crate::field::jet::{Heading, Jet};
+use crate::field::rays::jet::{Heading, Jet};
 
 /// A ray beside another ray.
 #[derive(Clone, Copy)]

@@ -7,9 +7,9 @@ mod samples;
 
 use std::f64::consts::TAU;
 
-use crate::field::dents::Dent;
-use crate::field::knot::{Knot, between};
-use crate::field::ray::{self, Limits};
+use crate::field::rays::dents::Dent;
+use crate::field::rays::knot::{Knot, between};
+use crate::field::rays::ray::{self, Limits};
 use crate::guess::graph::Graph;
 use crate::parallel;
 use crate::surface::Surface;

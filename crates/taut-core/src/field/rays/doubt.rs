@@ -3,19 +3,20 @@
 //! geodesics, and the shortest geodesic that arrives is believed.
 
 use crate::Vector;
-use crate::field::aim::{Gun, Hit};
-use crate::field::branches::{Branch, MOST_BRANCHES};
 use crate::field::evaluate::{Taken, Value};
-use crate::field::frame::ON_SURFACE;
-use crate::field::jet::{direction_at, turned_by};
-use crate::field::piece::Piece;
+use crate::field::plane::turned_by;
+use crate::field::rays::aim::{Gun, Hit};
+use crate::field::rays::branches::{Branch, MOST_BRANCHES};
+use crate::field::rays::frame::ON_SURFACE;
+use crate::field::rays::jet::direction_at;
+use crate::field::rays::piece::Piece;
 use crate::field::{Field, Fields};
 use crate::guess::Guide;
 use crate::parallel;
 use crate::surface::{Geometry, Node};
 
 /// Relative error of a distance above which it is doubtful.
-pub(super) const DOUBTFUL: f64 = 1e-3;
+pub(in crate::field) const DOUBTFUL: f64 = 1e-3;
 /// Largest distance, in spacings of the graph's nodes, and largest angle, in radians at the source,
 /// between rays of one source whose claims are about one ray.
 const SAME_RAY: f64 = 0.3;
@@ -70,7 +71,7 @@ struct Proven<const D: usize, P> {
 }
 
 /// The sources of a field, made ready to shoot geodesics from.
-pub(super) struct Sight<'a, const D: usize, S: Guide<D>> {
+pub(in crate::field) struct Sight<'a, const D: usize, S: Guide<D>> {
     fields: &'a Fields<'a, D, S>,
     pieces: &'a [Piece<D>],
     nodes: &'a [Option<u32>],
@@ -361,14 +362,14 @@ fn is_fixed(branch: &Branch) -> bool {
 }
 
 /// Whether no ray brought a branch, or its jets scatter.
-pub(super) fn is_scattered(branch: &Branch) -> bool {
+pub(in crate::field) fn is_scattered(branch: &Branch) -> bool {
     branch.carried || branch.error + branch.doubt > DOUBTFUL * branch.jet.distance
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The value at a point near a node whose jets are doubtful. It is what the node and the
     /// adjacent nodes say where they agree, else what the geodesics that they speak of prove.
-    pub(super) fn second_opinion(
+    pub(in crate::field) fn second_opinion(
         &self,
         field: &Field<D>,
         node: u32,

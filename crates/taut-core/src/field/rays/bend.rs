@@ -8,11 +8,12 @@
 use std::collections::BinaryHeap;
 
 use crate::Vector;
-use crate::field::fan::{Bundle, Fan, Graze, Sample};
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, norm, turned_by};
-use crate::field::march::Waiting;
-use crate::field::ray::{self, Limits};
+use crate::field::plane::{norm, turned_by};
+use crate::field::rays::carry::Waiting;
+use crate::field::rays::fan::{Bundle, Fan, Graze, Sample};
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::jet::Heading;
+use crate::field::rays::ray::{self, Limits};
 use crate::field::sources::{Origin, nearest_entrance};
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;

@@ -2,12 +2,12 @@
 //! from a direction that is nearly right. This is how a doubtful claim of a jet is proven.
 
 use crate::Vector;
-use crate::field::frame::ON_SURFACE;
-use crate::field::jet::{Heading, Jet};
-use crate::field::knot::{Knot, between};
-use crate::field::piece::Piece;
-use crate::field::ray;
-use crate::field::sides::{self, Side};
+use crate::field::rays::frame::ON_SURFACE;
+use crate::field::rays::jet::{Heading, Jet};
+use crate::field::rays::knot::{Knot, between};
+use crate::field::rays::piece::Piece;
+use crate::field::rays::ray;
+use crate::field::rays::sides::{self, Side};
 use crate::field::{Fields, Settings};
 use crate::guess::Guide;
 use crate::surface::Geometry;
@@ -33,7 +33,7 @@ const TOGETHER: f64 = 0.1;
 const ASIDE: f64 = 0.7;
 
 /// A source to shoot geodesics from.
-pub(super) struct Gun<'a, const D: usize, S: Guide<D>> {
+pub(in crate::field) struct Gun<'a, const D: usize, S: Guide<D>> {
     fields: &'a Fields<'a, D, S>,
     piece: &'a Piece<D>,
     place: S::Place,
@@ -42,7 +42,7 @@ pub(super) struct Gun<'a, const D: usize, S: Guide<D>> {
 }
 
 /// A geodesic that passes a point.
-pub(super) struct Hit<const D: usize, P> {
+pub(in crate::field) struct Hit<const D: usize, P> {
     /// The knot where the geodesic is nearest to the point.
     pub knot: Knot<D, P>,
     /// The jet there, in the knot's frame.

@@ -7,10 +7,11 @@
 //! front, s the length of the step and theta its angle to the gradient. Along rays
 //! kappa' = -kappa^2 - K (Riccati).
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use crate::Vector;
-use crate::field::frame::{Frame, ON_SURFACE};
+use crate::field::plane::{norm, turned_by};
+use crate::field::rays::frame::{Frame, ON_SURFACE};
 
 /// The Taylor expansion of a distance near a point with a frame.
 #[derive(Clone, Copy, Debug)]
@@ -336,16 +337,6 @@ pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
         sn: 2.0 * t * inverse,
         cs: (1.0 - z) * inverse,
     })
-}
-
-/// The angle from one direction to another, between -pi and pi.
-pub(crate) fn turned_by(from: f64, to: f64) -> f64 {
-    (to - from + PI).rem_euclid(TAU) - PI
-}
-
-/// The length of a vector in tangent coordinates.
-pub(crate) fn norm([a, b]: [f64; 2]) -> f64 {
-    (a * a + b * b).sqrt()
 }
 
 /// The gradient as a vector at the point that `v` leads to, where the front has turned: the

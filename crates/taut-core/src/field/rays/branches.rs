@@ -2,11 +2,11 @@
 //! averaged, and those of other branches are kept apart.
 
 use crate::Vector;
-use crate::field::evaluate::FOCUSED;
-use crate::field::fan::Sample;
-use crate::field::frame::{Frame, ON_SURFACE};
-use crate::field::jet::{Heading, Jet, norm};
-use crate::field::piece::Piece;
+use crate::field::plane::norm;
+use crate::field::rays::fan::Sample;
+use crate::field::rays::frame::{Frame, ON_SURFACE};
+use crate::field::rays::jet::{Heading, Jet};
+use crate::field::rays::piece::Piece;
 
 /// A way by which a distance may reach the neighbourhood of a node.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +43,9 @@ impl Branch {
     }
 }
 
+/// Rays are focused where they meet within the spacing divided by this; jets of neighbouring nodes
+/// are then looked at too.
+pub(crate) const FOCUSED: f64 = 0.3;
 /// Largest distance of a jet that a node takes into account, in spacings of the graph's nodes.
 pub(crate) const REACH: f64 = 1.6;
 /// Least cosine between the directions of jets of one branch.

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::field::frame::Frame;
-use crate::field::knot::Knot;
+use crate::field::rays::frame::Frame;
+use crate::field::rays::knot::Knot;
 use crate::field::sources::Origin;
 
 /// Number of rays that first leave every source.
