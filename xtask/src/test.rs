@@ -6,6 +6,7 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use crate::picture;
+use crate::temporary::Temporary;
 
 /// A command that must succeed.
 struct Step {
@@ -25,7 +26,7 @@ struct Failure {
 
 /// Runs all steps and says how they went.
 pub fn run() -> ExitCode {
-    let folder = Temporary::new();
+    let folder = Temporary::new("test");
     let steps = match &folder {
         Ok(folder) => steps(&folder.path.join("demo.png")),
         Err(error) => {
@@ -135,31 +136,12 @@ impl Step {
     }
 }
 
-fn in_words(time: Duration) -> String {
+/// Whole minutes and seconds.
+pub fn in_words(time: Duration) -> String {
     let seconds = time.as_secs();
     match seconds / 60 {
         0 => format!("{seconds} s"),
         minutes => format!("{minutes} min {} s", seconds % 60),
-    }
-}
-
-/// A folder of this process alone, removed at the end.
-struct Temporary {
-    path: PathBuf,
-}
-
-impl Temporary {
-    fn new() -> std::io::Result<Self> {
-        let path = std::env::temp_dir().join(format!("taut-test-{}", std::process::id()));
-        std::fs::create_dir(&path)?;
-        Ok(Self { path })
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // A folder left behind in the system's temporary folder is no failure of the tests.
-        let _ = std::fs::remove_dir_all(&self.path);
     }
 }
 
