@@ -319,6 +319,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             let foot = self
                 .surface
                 .foot(&target, &mut node.place, &mut self.solver.scratch)?;
+            // A step that must be pulled back by more than half its way is too long.
             let rounding = 64.0 * f64::EPSILON * target.amax();
             if (foot - target).norm() > 0.5 * shift.norm() + rounding {
                 return None;

@@ -269,6 +269,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                 rim_energy += 0.5 * stiffness * depth * depth;
                 pull += gradient * (stiffness * depth);
             }
+            // The force of the rim acts through the second fundamental form, too.
             let form = self.geometries[i].second_form(&pull);
             let tangents = &mut self.tangents[i];
             for (j, tangent) in tangents[..k].iter_mut().enumerate() {
