@@ -113,6 +113,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             return path;
         }
         let longest = DETOUR * from.distance(to);
+        // What the graph does not join may still be connected where the surface was not sampled.
         if longest == f32::INFINITY {
             let [start, end] = [from, to].map(|origin| origin.entrances.first().map(|e| e.0));
             if self.is_unknown(start, end) {

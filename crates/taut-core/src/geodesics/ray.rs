@@ -189,6 +189,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
                 most = most.min(CHARTS * resolution);
                 allowed = allowed.max(ROUGH * self.surface.height_error(last.place) / resolution);
             }
+            // The last step ends just beyond the length asked for, so that the loop ends there.
             step = step.min(most).min(longest - last.length + 1e-9 * longest);
             let Some((next, error)) = self.advance(&last, step, &mut geometry) else {
                 step *= 0.5;
@@ -281,6 +282,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             let end = start.moved(step, &slopes, weights);
             (end.x - start.x).norm() + SPREADING * (end.j[0] - start.j[0]).abs()
         };
+        // The error estimate combines both embedded formulae, as the code DOP853 does.
         let (fifth, third) = (error_by(&FIFTH), error_by(&THIRD));
         let error = if fifth > 0.0 {
             fifth * fifth / fifth.hypot(0.1 * third)
