@@ -101,6 +101,7 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
                     clipped |= !inside;
                     inside.then(|| found.keep(&point)).flatten()
                 });
+                // Where no sample can be put, the surface goes on unsampled.
                 match end {
                     Some(end) => links.push([next as u32, end]),
                     None => found.samples[next].open = true,
