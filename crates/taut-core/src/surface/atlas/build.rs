@@ -146,6 +146,7 @@ impl<const D: usize> Draft<D> {
         let mut tree = Tree::new(&cloud.points);
         let mut built = charted(&tree);
         let added = rows::between(&tree, &unresolved(&built, tree.points.len()));
+        // Charts are made anew with the points that were put between rows, if there are any.
         if !added.is_empty() {
             tree = Tree::new(&[cloud.points.as_slice(), &added].concat());
             built = charted(&tree);
@@ -157,6 +158,7 @@ impl<const D: usize> Draft<D> {
         }
         let mut owners = owners(&built, tree.points.len());
         let mut linked = links::links(&built, &owners, &monomials, &tree);
+        // Where charts are dropped, others may no longer agree with any.
         let mut turns = 0;
         while turns < MOST_TURNS && links::drop_stray(&mut built, &linked, &owners) {
             owners = self::owners(&built, tree.points.len());

@@ -44,7 +44,7 @@ impl fmt::Display for Doubt {
 
 /// Distance of sheets, in spacings, below which they may be read as one where there is no noise.
 const NEAR_SHEET: f64 = 2.0;
-/// Distance that is added to this where there is noise, in deviations of the noise.
+/// Distance that is added to [`NEAR_SHEET`] where there is noise, in deviations of the noise.
 const DEVIATIONS: f64 = 4.0;
 /// Most charts that are looked at for other sheets.
 const LOOKED_AT: usize = 500;
@@ -58,12 +58,13 @@ const FLAT: [f64; 2] = [0.3, 0.4];
 /// Least spread of points across the surface, at all scales, as a share of that along the dimension
 /// before, where the surface has one more dimension.
 const THICK: f64 = 0.5;
-/// Distance by which an end must be moved onto the surface to count as off it, in usual residuals.
+/// Distance by which an end must be moved onto the surface to count as off it, in residuals of the
+/// chart there.
 const OFF: f64 = 6.0;
-/// Distance that is added to this, in spacings.
+/// Distance that is added to [`OFF`] residuals for an end to count as off the surface, in spacings.
 const OFF_SPACINGS: f64 = 0.2;
-/// Largest residual of a chart that counts in this, in usual residuals, as charts between outliers
-/// leave more.
+/// Largest residual of a chart that counts for [`OFF`], in usual residuals of the cloud, because
+/// charts between outliers leave more.
 const TWICE: f64 = 2.0;
 
 impl<const D: usize> Atlas<D> {

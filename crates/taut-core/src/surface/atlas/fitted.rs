@@ -75,6 +75,7 @@ impl<const D: usize> Atlas<D> {
             return Err(Error::BadAccuracy { found: accuracy });
         }
         let draft = Draft::of_leaves(cloud, intrinsic_dimension)?;
+        // The rims are found on the small charts, before larger ones replace these.
         let rim = Rim::new(&draft, &draft.neighbours().0);
         let Cover {
             built,

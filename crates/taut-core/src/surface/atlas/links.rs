@@ -89,6 +89,8 @@ pub(super) fn links<const D: usize>(
     votes.par_sort_unstable();
     let lonely = lonely(&votes, built, &usual);
     let mut links = vec![Vec::new(); built.len()];
+    // All votes of a pair decide together whether its charts are linked, and on which side their
+    // normals are.
     for votes in votes.chunk_by(|a, b| a.pair == b.pair) {
         let (i, j) = votes[0].pair;
         let sum = |of: fn(&Vote) -> i32| votes.iter().map(of).sum::<i32>();

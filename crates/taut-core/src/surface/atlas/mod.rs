@@ -54,11 +54,13 @@ pub type ChartIndex = u32;
 const CROSSING: f64 = 0.75;
 /// Largest distance of a foot on a model, in distances of the nearest chart.
 const FARTHER: f64 = 1.5;
-/// Distance that is added to this, in residuals of the chart.
+/// Distance that is added to [`FARTHER`] distances of the nearest chart, in residuals of that
+/// chart.
 const AROUND: f64 = 5.0;
 /// Slack of feet on a single chart, in radii.
 const SLACK: f64 = 1e-6;
-/// Largest error of a chart, in usual errors, up to which errors are not looked at all along paths.
+/// Error of the worst chart, in median errors of the charts, above which errors are looked at
+/// everywhere along paths.
 pub(crate) const UNEVEN: f64 = 20.0;
 /// Most places between two nodes at which errors are looked at along a path.
 const MOST_PIECES: f64 = 64.0;
@@ -388,6 +390,7 @@ impl<const D: usize> Atlas<D> {
             }
         }
         for a in 0..m {
+            // Beyond all supports there is nothing to blend, and the home chart counts alone.
             let jet = if total.value > 0.0 {
                 sums[a].quotient(&total)
             } else {

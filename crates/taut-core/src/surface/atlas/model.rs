@@ -184,6 +184,7 @@ impl<const D: usize> Atlas<D> {
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
         let (count, neighbours) = (charts.len() as u32, Lists::new(lists));
+        // Trust is not kept in a model, as it follows from the charts.
         trust::judge(&mut charts, &neighbours);
         let (uneven, roughness) = (build::uneven(&charts), build::roughness(&charts));
         Ok(Self {

@@ -144,6 +144,7 @@ pub(super) fn fit<const D: usize>(
         f.as_ref()
             .map_or(f64::INFINITY, |(fitted, _)| fitted.chart.residual)
     };
+    // Few noisy points often fit well by chance, so where there is noise they must gain more.
     let noise = first.as_ref().is_some_and(|f| f.0.misfit.abs() <= MISFIT);
     let mut detailed = None;
     for (wanted, chance) in [(usual / 2, gains.half), (usual / 4 + 1, gains.quarter)] {
@@ -163,6 +164,8 @@ pub(super) fn fit<const D: usize>(
         return Some((best.0.chart, best.1));
     }
     let first = best.0.clone();
+    // Larger neighbourhoods are taken while the centre moves by no more than the errors of both
+    // fits explain.
     let mut growth = 2;
     while growth <= MOST_GROWTH {
         let Some((next, members)) = fit(growth * usual) else {
@@ -240,6 +243,7 @@ pub(super) fn fit_chart<const D: usize>(
     let mut coefficients = Vec::new();
     let locals = members.clone().map(|x| frame.tr_mul(&(x - origin)));
     let scale = samples.set(m, locals);
+    // A first fit turns the frame, so that the heights have no slope at the origin.
     if let Some(degree) = fit.factor(monomials, 2, samples) {
         fit.coefficients(monomials, degree, &mut coefficients);
         (origin, frame) = turned(&origin, &frame, &coefficients, scale, k);
