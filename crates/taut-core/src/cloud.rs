@@ -1,4 +1,9 @@
-//! A point cloud ready for work: finite, distinct, centred points, and the way back to the input rows.
+//! A point cloud ready for work: finite, distinct, centred points, and the way back to the input
+//! rows.
+//!
+//! Rows with a value that is not finite are dropped, rows that lie far too far off are left out
+//! (`far`), and repeated rows are merged. The points are moved so that the centre of their box is
+//! the origin.
 
 use rayon::slice::ParallelSliceMut;
 
@@ -7,37 +12,41 @@ use crate::{Vector, parallel};
 
 mod far;
 
-/// Sizes of clouds whose lengths can be squared and multiplied without leaving the range of numbers.
+/// Extents of clouds, in the input's units, whose lengths can be squared and multiplied without
+/// leaving the range of numbers.
 const EXTENTS: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 
-/// Finite, distinct points of R^D about their centre, with the map to and from input rows.
+/// Finite, distinct points of R^D about their centre, with the maps to and from input rows.
 #[derive(Clone, Debug)]
 pub struct Cloud<const D: usize> {
-    /// Distinct finite points minus [`centre`](Self::centre), in input order.
+    /// The distinct finite points minus [`centre`](Self::centre), in input order.
     pub points: Vec<Vector<D>>,
-    /// What was subtracted: large map coordinates lose no digits in what follows.
+    /// The vector that was subtracted from the rows, so that large map coordinates lose no digits
+    /// in what follows.
     pub centre: Vector<D>,
     /// The first input row of each point.
     pub rows: Vec<u32>,
-    /// The point of each input row; `None` for rows with a value that is not finite and those left out as too far.
+    /// The point of each input row; `None` for rows with a value that is not finite and for those
+    /// left out as too far.
     pub point_of_row: Vec<Option<u32>>,
-    /// Rows dropped because a value is not finite.
+    /// The number of rows dropped because a value is not finite.
     pub non_finite: usize,
-    /// Rows left out because they lie so far off that the other rows would lose their digits beside them: 1e7
-    /// times as far as any of the others. Values that stand for missing data, such as -3.4e38, are found so.
+    /// The number of rows left out because they lie so far off that the other rows would lose their
+    /// digits beside them: 1e7 times as far as any of the others. Values that stand for missing
+    /// data, such as -3.4e38, are found in this way.
     pub far: usize,
-    /// Rows that repeat an earlier row's coordinates.
+    /// The number of rows that repeat an earlier row's coordinates.
     pub duplicates: usize,
 }
 
 impl<const D: usize> Cloud<D> {
-    /// Sorts out input rows of `dimension` <= D coordinates each (missing coordinates are zero, which
-    /// changes no distance).
+    /// Sorts out input rows of `dimension` <= D coordinates each; missing coordinates are zero,
+    /// which changes no distance.
     ///
     /// # Errors
     /// [`Error::TooFewPoints`] below 2 finite rows, [`Error::AllCoincide`] if all are one point,
-    /// [`Error::TooManyPoints`] past 2^32 - 1 rows, [`Error::BadExtent`] if they reach less far than 1e-50 or
-    /// farther than 1e50, as squares and products of lengths are not to overflow.
+    /// [`Error::TooManyPoints`] past 2^32 - 1 rows. [`Error::BadExtent`] if the rows reach less far
+    /// than 1e-50 or farther than 1e50, because squares and products of lengths must not overflow.
     ///
     /// O(n log n).
     pub fn new(coordinates: &[f64], dimension: usize) -> Result<Self, Error> {
@@ -115,7 +124,7 @@ impl<const D: usize> Cloud<D> {
 }
 
 impl<const D: usize> Cloud<D> {
-    /// Why a row has no point.
+    /// Why a row has no point, in words for a message.
     pub(crate) fn why_dropped(&self) -> &'static str {
         match (self.non_finite, self.far) {
             (_, 0) => "the row was dropped because a value is not finite",
@@ -127,8 +136,9 @@ impl<const D: usize> Cloud<D> {
     }
 }
 
-/// For each of `count` rows the first row of the same coordinates among those given, in order; `u32::MAX` for
-/// rows that are not. Equal rows meet where they are sorted by a hash of their coordinates.
+/// For each of `count` rows, the first row of the same coordinates among those given, in order;
+/// `u32::MAX` for rows that are not given. Equal rows meet where the rows are sorted by a hash of
+/// their coordinates.
 fn representatives<const D: usize>(finite: &[(Vector<D>, u32)], count: usize) -> Vec<u32> {
     let mut hashed = parallel::map(finite.len(), |i| (hash(&finite[i].0), i as u32));
     hashed.par_sort_unstable();
@@ -144,7 +154,8 @@ fn representatives<const D: usize>(finite: &[(Vector<D>, u32)], count: usize) ->
     representative
 }
 
-/// A hash of coordinates, the same for 0 and -0: the finaliser of MurmurHash3 (Appleby 2011) over their bits.
+/// A hash of coordinates, equal for 0 and -0: the finaliser of MurmurHash3 (Appleby 2011) over
+/// their bits.
 fn hash<const D: usize>(point: &Vector<D>) -> u64 {
     point.iter().fold(0, |hash: u64, value| {
         let mut mixed = hash ^ (value + 0.0).to_bits();

@@ -1,4 +1,8 @@
 //! Geodesics between points: first guesses on a graph, corrected to a tolerance.
+//!
+//! A query enters the graph from both ends, finds distinct short routes, and straightens each
+//! roughly. The candidates that could still be the shortest are pulled taut to the tolerance. Where
+//! the ends are nearly conjugate, rays find the shortest geodesic instead.
 
 mod fan;
 mod pairs;
@@ -26,17 +30,20 @@ use crate::surface::{Geometry, Node};
 pub struct Geodesics<const D: usize, S: Guide<D>> {
     surface: S,
     graph: Graph<D, S::Place>,
+    /// The component of each node of the graph.
     components: Vec<u32>,
+    /// The number of nodes of each component.
     component_sizes: Vec<usize>,
-    /// Found for the first path: distances everywhere need none.
+    /// Landmarks on the graph. They are chosen for the first path, because distances everywhere
+    /// need none.
     landmarks: OnceLock<Landmarks>,
-    /// The largest coordinate, found for the first path.
+    /// The largest coordinate of the graph's nodes, found for the first path.
     size: OnceLock<f64>,
     /// Memory that no query is using.
     idle: Mutex<Vec<Workspace<D, S::Place>>>,
 }
 
-/// Memory of a query.
+/// The memory that a query uses.
 struct Workspace<const D: usize, P> {
     search: Search,
     solver: Solver<D, P>,
@@ -45,13 +52,14 @@ struct Workspace<const D: usize, P> {
 /// Which geodesics between two nodes are looked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sought {
+    /// The shortest one.
     Shortest,
-    /// So many ways round.
+    /// Several ways round, at most this many.
     Several(usize),
 }
 
 impl Sought {
-    /// How many guesses are looked at, ...
+    /// The number of guesses that are looked at.
     fn guesses(self) -> usize {
         match self {
             Self::Several(most) => GUESSES + 3 * most,
@@ -59,7 +67,7 @@ impl Sought {
         }
     }
 
-    /// ... how much longer than the shortest, ...
+    /// The largest length of guesses on the graph, as a multiple of that of the shortest.
     fn detour(self) -> f32 {
         match self {
             Self::Several(_) => 3.0,
@@ -67,7 +75,8 @@ impl Sought {
         }
     }
 
-    /// ... and how much longer when straightened they are pulled taut.
+    /// The largest length of straightened guesses that are pulled taut, as a multiple of that of
+    /// the shortest.
     fn close(self) -> f64 {
         match self {
             Self::Several(_) => 3.0,
@@ -76,25 +85,32 @@ impl Sought {
     }
 }
 
-/// Guesses looked at for the shortest path.
+/// Number of guesses that are looked at for the shortest path.
 const GUESSES: usize = 8;
-/// Guesses looked at where other ways are known to lead beside.
+/// Number of guesses that are looked at where other ways are known to lead beside.
 const FEW_GUESSES: usize = 4;
-/// Straightened guesses within this factor of the shortest are pulled taut to the tolerance, and those
-/// that could still win by what pulling taut has changed so far.
+/// Largest length of straightened guesses that are pulled taut to the tolerance, as a multiple of
+/// that of the shortest. Those that could still win by what pulling taut has changed so far are
+/// pulled taut as well.
 const CLOSE: f64 = 1.01;
-/// Nodes this near each other, relative to the surface's size, may have the straight way between them, ...
+/// Largest distance between nodes, relative to the surface's size, at which the straight way
+/// between them may be the path.
 const NEAR: f64 = 1e-9;
-/// ... where the surface turns by less than this between them, ...
+/// Most that the surface may turn between near nodes, in radians, for the straight way to be the
+/// path.
 const FLAT: f64 = 1e-6;
-/// ... and its length is known to so many roundings of coordinates.
+/// Error of the length of a straight way, in roundings of the coordinates.
 const ROUNDINGS: f64 = 16.0;
-/// A path that turns by this much, in radians, may have another way round the surface that the few samples of an equation make
-/// longer than it is: there detours up to this factor are looked at as well, and polylines within this one pulled taut.
+/// Least turning of a path, in radians, above which another way round the surface may be shorter
+/// although the few samples of an equation make it longer.
 const ROUND: f64 = 2.2;
+/// Largest length of guesses, as a multiple of that of the shortest, that are looked at where a
+/// path turns by more than [`ROUND`].
 const DETOUR_ROUND: f32 = 1.3;
+/// Largest length of straightened guesses that are pulled taut where a path turns by more than
+/// [`ROUND`], as a multiple of that of the shortest.
 const CLOSE_ROUND: f64 = 1.03;
-/// Two paths of lengths this near, relative, that also run together are one.
+/// Largest relative difference of length between two paths that also run together and so are one.
 const SAME_LENGTH: f64 = 1e-4;
 
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
@@ -116,7 +132,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             .get_or_init(|| Landmarks::new(&self.graph, &self.components, &self.component_sizes))
     }
 
-    /// The surface.
+    /// The surface that paths are on.
     #[must_use]
     pub fn surface(&self) -> &S {
         &self.surface
@@ -141,7 +157,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
 
     /// The shortest geodesic found between two nodes of the surface.
     ///
-    /// Takes the best few distinct guesses that could still win, pulls each taut, keeps the shortest.
+    /// It takes the best few distinct guesses that could still win, pulls each taut, and keeps the
+    /// shortest.
     pub fn path(
         &self,
         from: &Node<D, S::Place>,
@@ -152,8 +169,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths.into_iter().next().unwrap_or_else(Path::none)
     }
 
-    /// Distinct paths, roughly taut, that could be the shortest between two nodes: polylines with their lengths to a few parts
-    /// in a thousand, shortest first.
+    /// Distinct paths, roughly taut, that could be the shortest between two nodes: polylines with
+    /// their lengths to a few parts in a thousand, shortest first.
     pub(crate) fn rough_paths(
         &self,
         from: &Node<D, S::Place>,
@@ -197,6 +214,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths
     }
 
+    /// The geodesics that are looked for between two nodes, shortest first.
     fn search(
         &self,
         from: &Node<D, S::Place>,
@@ -226,8 +244,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths
     }
 
-    /// The straight way between nodes of one sheet so near that the surface does not bend between them beyond rounding;
-    /// `None` for others.
+    /// The straight way between two nodes of one sheet that are so near that the surface does not
+    /// bend between them beyond rounding; `None` for other nodes.
     fn straight(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> Option<Path<D>> {
         let chord = to.point - from.point;
         let length = chord.norm();
@@ -262,7 +280,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             self.surface.height_error(from.place),
             self.surface.resolution(from.place),
         );
-        // Within a chart's radius errors are one and the same.
+        // Within a chart's radius all errors are the same one.
         height_errors.add(radius, curvature, error, radius);
         let of_chart = height_errors.length_error();
         Some(Path {
@@ -282,7 +300,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         })
     }
 
-    /// Both lie beside one node of the graph.
+    /// Whether both nodes lie beside one node of the graph.
     fn same_sheet(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> bool {
         let (start, end) = (self.entrances(from), self.entrances(to));
         let mut shared = start.iter();
@@ -313,7 +331,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The distinct geodesics that the guesses lead to, shortest first; `more` gives the same guesses and longer ones behind them.
+    /// The distinct geodesics that the guesses lead to, shortest first; `more` gives the same
+    /// guesses with longer ones after them.
     fn pull_taut(
         &self,
         mut guesses: Vec<Vec<Node<D, S::Place>>>,
@@ -333,7 +352,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             let Some(found) = correction::straighten(&self.surface, guess, solver) else {
                 continue;
             };
-            // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by little; rays do.
+            // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by
+            // little, but rays do.
             if rays.is_none() && shortest::nearly_conjugate(&self.surface, guess, found.spread) {
                 let known = found.taut.length();
                 let shot = shortest::by_rays(&self.surface, guess, known, settings, solver);
@@ -354,7 +374,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         }
         straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
         let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
-            // Where there are guesses the points are connected, if by none that can be followed.
+            // Where there are guesses the points are connected, even if by none that can be
+            // followed.
             return guesses.first().map(|_| Path::lost()).into_iter().collect();
         };
         let mut rays = rays.unwrap_or_default();
@@ -390,7 +411,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         rays.best_first()
     }
 
-    /// The nodes of the graph that a point is joined to, and how long the joins are.
+    /// The nodes of the graph that a node is joined to, with the lengths of the joins.
     pub(crate) fn entrances(&self, node: &Node<D, S::Place>) -> Vec<(u32, f32)> {
         let mut list = Vec::new();
         self.surface.entrances(node, &mut |i| {
@@ -400,19 +421,19 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         list
     }
 
-    /// A node of the graph that a point is joined to.
+    /// A node of the graph that a node is joined to.
     fn entrance(&self, node: &Node<D, S::Place>) -> Option<u32> {
         self.entrances(node).first().map(|entrance| entrance.0)
     }
 
-    /// Whether something may connect two parts that the graph does not join.
+    /// Whether something may connect two parts of the surface that the graph does not join.
     pub(crate) fn is_unknown(&self, from: Option<u32>, to: Option<u32>) -> bool {
         let component = |node: Option<u32>| node.map(|node| self.components[node as usize]);
         let is_one = component(from).is_some() && component(from) == component(to);
         !is_one && !self.surface.apart(from, to)
     }
 
-    /// Distinct guesses, shortest on the graph first; empty where none connects the two.
+    /// Distinct guesses, shortest on the graph first; none where nothing connects the two nodes.
     fn guesses(
         &self,
         from: &Node<D, S::Place>,
@@ -427,7 +448,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         self.routes(from, to, most, longest, search)
     }
 
-    /// The distinct guesses by the distances from both ends, at most `longest` on the graph.
+    /// The distinct guesses from the distances to both ends, at most `longest` on the graph.
     fn routes(
         &self,
         from: &Node<D, S::Place>,

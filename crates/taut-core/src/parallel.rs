@@ -1,13 +1,13 @@
-//! Loops on all threads, whose results come in order, whatever the number of threads.
+//! Loops on all threads whose results come in order, whatever the number of threads.
 //!
-//! Closures are called through a reference: rayon's adapters, compiled anew for each closure on each size and
-//! kind of surface, were more than half of all code.
+//! Closures are called through a reference: rayon's adapters, compiled anew for each closure on
+//! each size and kind of surface, were more than half of all code.
 
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// Parts of a loop for each thread: many, as some take longer than others.
+/// Number of parts of a loop for each thread; there are many, because some take longer than others.
 const PARTS: usize = 32;
 
 /// The values of a function at 0 to `count - 1`.
@@ -15,7 +15,8 @@ pub fn map<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     map_with(count, || (), |(), i| value(i))
 }
 
-/// As [`map`], with scratch space, made for each part of the loop, on which values must not depend.
+/// The values of a function at 0 to `count - 1`, as [`map`] gives them, with scratch space for the
+/// function. The space is made anew for each part of the loop, and values must not depend on it.
 pub fn map_with<S, T: Send>(
     count: usize,
     scratch: impl Fn() -> S + Sync,

@@ -12,15 +12,15 @@ pub enum Status {
     Converged,
     /// Newton's method stopped before the path was taut to the tolerance.
     NotTaut,
-    /// The path is taut on its nodes, but more nodes than allowed are needed for the tolerance, or the
-    /// tolerance is below what rounding leaves.
+    /// The path is taut on its nodes, but the tolerance needs more nodes than are allowed, or is
+    /// below what rounding leaves.
     NotResolved,
     /// The path left the part of space where the surface is defined.
     OffSurface,
     /// No path exists: the end points lie on different components, or only a hole lies between.
     NoPath,
-    /// Whether a path exists is unknown: none was found, and the surface goes on where it was not looked at, or has
-    /// places that no walk passes.
+    /// It is unknown whether a path exists: none was found, and the surface goes on where it was
+    /// not looked at, or has places that no walk passes.
     Unknown,
 }
 
@@ -54,21 +54,25 @@ pub struct Path<const D: usize> {
     pub length: f64,
     /// Estimated absolute error of the length against the geodesic of the same surface.
     pub length_error: f64,
-    /// Estimated absolute error of the length that the surface itself, reconstructed from points,
-    /// adds; 0 for equations.
+    /// Estimated absolute error of the length that the surface itself adds, because it was
+    /// reconstructed from points; 0 for equations.
     pub surface_error: f64,
-    /// The path is a strict local minimum of length: no direction shortens it at second order.
+    /// Whether the path is a strict local minimum of length, so that no direction shortens it at
+    /// second order.
     pub stable: bool,
-    /// Known to be the shortest path: rays in all directions from one end, everywhere dense enough that none could arrive
-    /// unseen, found no shorter one. `false` where that is not known.
+    /// Whether the path is known to be the shortest: rays in all directions from one end,
+    /// everywhere dense enough that none could arrive unseen, found no shorter one. `false` where
+    /// this is not known.
     pub shortest: bool,
     /// Largest geodesic curvature left, 1 / length.
     pub max_geodesic_curvature: f64,
     /// Largest distance of a node from the surface.
     pub max_off_surface: f64,
-    /// Newton (or flow) steps taken, all levels together.
+    /// The number of Newton (or flow) steps taken, over all levels.
     pub steps: usize,
-    /// Nodes from start to end, on the surface; empty where there is no path.
+    /// Nodes from start to end, on the surface and in its coordinates, which are centred for a
+    /// cloud ([`Surface::origin`](crate::surface::Surface::origin) leads back to the input's);
+    /// empty where there is no path.
     pub points: Vec<Vector<D>>,
     /// A unit normal at each node (the first of m for codimension m).
     pub normals: Vec<Vector<D>>,
@@ -96,7 +100,8 @@ impl<const D: usize> Path<D> {
         }
     }
 
-    /// The answer where the points are connected but no guess could be followed: of unknown length.
+    /// The answer where the points are connected but no guess could be followed: its length is
+    /// unknown.
     #[must_use]
     pub fn lost() -> Self {
         Self {
@@ -121,7 +126,7 @@ impl<const D: usize> Path<D> {
         curve::halfway(self.points.iter().copied())
     }
 
-    /// Both converged, to the same length and the same place halfway.
+    /// Whether both paths converged, to the same length and the same place halfway.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let slack = 2.0 * (self.length_error + other.length_error);
         self.converged()
@@ -130,7 +135,7 @@ impl<const D: usize> Path<D> {
             && (self.halfway() - other.halfway()).norm() <= 0.01 * self.length
     }
 
-    /// The estimated relative error is within the tolerance asked for.
+    /// Whether the estimated relative error is within the tolerance asked for.
     #[must_use]
     pub fn converged(&self) -> bool {
         self.status == Status::Converged

@@ -1,18 +1,20 @@
-//! Rows so far off that the others lose their digits beside them.
+//! Rows that lie so far off that the other rows lose their digits beside them.
 
 use crate::Vector;
 
-/// A row this many times as far off as all that are nearer is none of the cloud's: rounding so far out is 1e-9 of
-/// the extent of the others, coarser than any length of theirs is asked for.
+/// Ratio of distances from which on a row belongs no longer to the cloud: it lies this many times
+/// as far off as all that are nearer. Rounding so far out is 1e-9 of the extent of the other rows,
+/// coarser than any of their lengths is asked for.
 const FAR: f64 = 1e7;
-/// Rows of the smallest coordinates, one of so many, say where the cloud is: values that stand for missing data
-/// are larger than the data.
+/// The rows of the smallest coordinates, one in this many, tell where the cloud is: values that
+/// stand for missing data are larger than the data.
 const SMALLEST: usize = 10;
-/// The nearer rows are at least so many, or half of them where these are fewer.
+/// Least number of the nearer rows, or half of the rows where there are fewer.
 const FEW: usize = 8;
 
-/// Leaves out the rows beyond a gap across which the nearer ones cannot be told apart to the digits that lengths are
-/// found to. More than half only where all of them hold one and the same largest value, which stands for missing data.
+/// Leaves out the rows beyond a gap across which the nearer rows cannot be told apart to the digits
+/// that lengths are found to. It leaves out more than half of the rows only where all of those left
+/// out hold one and the same largest value, which stands for missing data.
 pub(super) fn leave_out<const D: usize>(rows: &mut Vec<(Vector<D>, u32)>) {
     let Some(farthest) = bound(rows) else {
         return;
@@ -30,7 +32,7 @@ pub(super) fn leave_out<const D: usize>(rows: &mut Vec<(Vector<D>, u32)>) {
     }
 }
 
-/// How far from [`home`] the rows to be kept lie; `None` where all are kept.
+/// The largest distance from [`home`] of the rows to be kept; `None` where all are kept.
 fn bound<const D: usize>(rows: &[(Vector<D>, u32)]) -> Option<f64> {
     if rows.len() < 3 {
         return None;
@@ -40,7 +42,7 @@ fn bound<const D: usize>(rows: &[(Vector<D>, u32)]) -> Option<f64> {
     let mut distances: Vec<f64> = rows.iter().map(|row| distance(&row.0, &home)).collect();
     let farthest = distances.iter().copied().fold(0.0, f64::max);
     let (_, nearer, _) = distances.select_nth_unstable_by(least - 1, f64::total_cmp);
-    // Without a gap as wide between that one and the farthest there is none anywhere.
+    // If there is no gap as wide between that row and the farthest, there is none anywhere.
     if farthest <= FAR * *nearer {
         return None;
     }
@@ -65,7 +67,7 @@ fn home<const D: usize>(rows: &[(Vector<D>, u32)]) -> Vector<D> {
     })
 }
 
-/// The largest difference of coordinates, which is finite or infinite but never no number.
+/// The largest difference of coordinates, which is finite or infinite but always a number.
 fn distance<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> f64 {
     (a - b).amax()
 }
@@ -117,7 +119,8 @@ mod tests {
 
     #[test]
     fn what_lies_far_off_with_digits_to_spare_is_kept() {
-        // A second sphere, a million radii off, of as few as one point; and map coordinates.
+        // The far rows are a second sphere, a million radii off, of as few as one point; then there
+        // are map coordinates.
         for (count, far) in [(1, 1e6), (50, 1e6), (200, 1e6), (3, 5e6)] {
             let mut rows = sphere(200);
             for row in sphere(count).chunks(3) {
@@ -128,7 +131,7 @@ mod tests {
         }
         let moved: Vec<f64> = sphere(200).iter().map(|v| v + 1e12).collect();
         assert_eq!(Cloud::<3>::new(&moved, 3).expect("a cloud").far, 0);
-        // Many repeat one place, and others lie about it at a distance of rounding.
+        // Many rows repeat one place, and others lie about it at a distance of rounding.
         let mut heaped = vec![0.0; 180];
         heaped[3..30].fill(1e-12);
         heaped.extend(sphere(100));

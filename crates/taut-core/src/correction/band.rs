@@ -1,6 +1,6 @@
 //! Symmetric banded factorisation L D L', with the inertia that certifies stability.
 
-/// A symmetric banded matrix, the lower band stored by columns.
+/// A symmetric banded matrix, its lower band stored by columns.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Band {
     size: usize,
@@ -17,16 +17,17 @@ impl Band {
         self.entries.resize(size * (half_width + 1), 0.0);
     }
 
-    /// Adds to the entry (row, column), column <= row <= column + half width.
+    /// Adds a value to the entry (row, column), where column <= row <= column + half width.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         self.entries[column * self.half_width + row] += value;
     }
 
-    /// Factors in place. Returns the number of negative pivots, by Sylvester's law the number of
-    /// negative eigenvalues, or `None` where a pivot vanishes to rounding.
+    /// Factors the matrix in place. Returns the number of negative pivots, which by Sylvester's law
+    /// is the number of negative eigenvalues, or `None` where a pivot vanishes to rounding.
     ///
-    /// No pivoting: the sign count stays right for indefinite matrices, and the callers solve only
-    /// with positive definite ones. O(size * half_width^2), less where columns end in zeros.
+    /// There is no pivoting: the count of signs stays right for indefinite matrices, and the
+    /// callers solve only with positive definite ones. O(size * half_width^2), less where columns
+    /// end in zeros.
     pub fn factor(&mut self) -> Option<usize> {
         let width = self.half_width + 1;
         let original: Vec<f64> = self.entries.iter().step_by(width).copied().collect();
@@ -38,7 +39,7 @@ impl Band {
                 return None;
             }
             negative += usize::from(pivot < 0.0);
-            // Below its last entry a column of elements is, and stays, zero.
+            // Below its last entry a column of elements is zero and stays zero.
             let count = current.iter().rposition(|v| *v != 0.0).unwrap_or(0);
             let below = &mut current[1..=count];
             for (i, other) in after.chunks_mut(width).take(count).enumerate() {

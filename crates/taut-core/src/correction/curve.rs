@@ -1,39 +1,42 @@
 //! The discrete path: polynomial elements through nodes on the surface.
 //!
-//! Degree 1 is the paper's polyline with energy E = 1/2 sum sigma_i^2; higher degrees keep the same
-//! nodes-on-the-surface unknowns and the same energy, with spectral accuracy.
+//! Elements of degree 1 are the paper's polyline with energy E = 1/2 sum sigma_i^2. Elements of
+//! higher degrees keep the same unknowns, the nodes on the surface, and the same energy, with
+//! spectral accuracy.
 
 use crate::Vector;
 use crate::correction::element::{Element, MAXIMUM_DEGREE, element};
 use crate::surface::{Geometry, Node, Surface};
 
-/// A path on a surface: elements of one degree, neighbours sharing their end node.
+/// A path on a surface: elements of one degree, where neighbours share their end node.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve<const D: usize, P> {
     /// Polynomial degree p of every element.
     pub degree: usize,
-    /// The share of the path's parameter that each element takes; they sum to 1, and at the minimum
-    /// of the energy they are the shares of its length.
+    /// The share of the path's parameter that each element takes. The shares sum to 1, and at the
+    /// minimum of the energy they are the elements' shares of the length.
     pub spans: Vec<f64>,
-    /// Element e owns nodes e p ..= (e + 1) p.
+    /// The nodes of the path; element e owns nodes e p ..= (e + 1) p.
     pub nodes: Vec<Node<D, P>>,
 }
 
-/// Energy, length, and what the nodes are pulled by.
+/// Energy and length of a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Measure {
-    /// E = 1/2 integral of |x'|^2 over the parameter.
+    /// E = 1/2 integral of |x'|^2 over the parameter, in squared units of length.
     pub energy: f64,
-    /// Integral of |x'|.
+    /// The integral of |x'| over the parameter, in the input's units.
     pub length: f64,
 }
 
 impl<const D: usize, P: Copy> Curve<D, P> {
+    /// The reference element of the path's elements.
     pub fn element(&self) -> &'static Element {
         element(self.degree)
     }
 
-    /// Energy and length; `pull` receives the energy's gradient with respect to every node.
+    /// Energy and length of the path; `pull` receives the energy's gradient with respect to every
+    /// node.
     pub fn measure(&self, pull: &mut Vec<Vector<D>>) -> Measure {
         let reference = self.element();
         let count = self.degree + 1;
@@ -63,13 +66,13 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         measure
     }
 
-    /// The derivatives with respect to the element's own parameter in [-1, 1], at its nodes.
+    /// The derivatives of element e with respect to its own parameter in [-1, 1], at its nodes.
     pub fn velocities(&self, e: usize) -> [Vector<D>; MAXIMUM_DEGREE + 1] {
         let reference = self.element();
         let count = self.degree + 1;
         let nodes = &self.nodes[e * self.degree..];
         let mut velocities = [Vector::zeros(); MAXIMUM_DEGREE + 1];
-        // Differences first: the rounding of large coordinates cancels exactly.
+        // Differences are taken first, so that the rounding of large coordinates cancels exactly.
         let mut offsets = [Vector::<D>::zeros(); MAXIMUM_DEGREE + 1];
         for j in 1..count {
             offsets[j] = nodes[j].point - nodes[0].point;
@@ -83,8 +86,8 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         velocities
     }
 
-    /// Length from the start to each node: the speed, a polynomial to the accuracy of the element, is
-    /// integrated by interpolating it at the Gauss-Lobatto nodes.
+    /// The length from the start to each node. The speed, a polynomial to the accuracy of the
+    /// element, is integrated by interpolating it at the Gauss-Lobatto nodes.
     pub fn arc_lengths(&self) -> Vec<f64> {
         let reference = self.element();
         let count = self.degree + 1;
@@ -116,8 +119,8 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         parameters
     }
 
-    /// The point of element e at `x` in [-1, 1] (off the surface by the interpolation error), and the
-    /// place of the node nearest to it.
+    /// The point of element e at `x` in [-1, 1], which lies off the surface by the interpolation
+    /// error, and the place of the node nearest to it.
     pub fn interpolate(&self, e: usize, x: f64) -> Node<D, P> {
         let reference = self.element();
         let count = self.degree + 1;
@@ -140,8 +143,8 @@ impl<const D: usize, P: Copy> Curve<D, P> {
         }
     }
 
-    /// The same path on other elements: `knots` ascend from 0 to 1 in this path's parameter. Elements
-    /// that it has already keep their nodes.
+    /// The same path on other elements, whose ends are `knots`, ascending from 0 to 1 in this
+    /// path's parameter. Elements that the path already has keep their nodes.
     ///
     /// `None` where a new node finds no foot.
     pub fn refit<S: Surface<D, Place = P>>(
@@ -179,7 +182,7 @@ impl<const D: usize, P: Copy> Curve<D, P> {
     }
 }
 
-/// Finds ascending parameters among spans.
+/// Finds the spans that hold ascending parameters.
 pub(crate) struct Cursor<'a> {
     spans: &'a [f64],
     index: usize,
@@ -195,8 +198,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The span that holds `parameter` (not before the last one asked for), and the place within it
-    /// in [-1, 1].
+    /// The span that holds `parameter`, and the place within the span in [-1, 1]. Parameters must
+    /// be asked for in ascending order.
     pub fn seek(&mut self, parameter: f64) -> (usize, f64) {
         while self.index + 1 < self.spans.len() && parameter > self.start + self.spans[self.index] {
             self.start += self.spans[self.index];
@@ -206,8 +209,8 @@ impl<'a> Cursor<'a> {
         (self.index, local.clamp(-1.0, 1.0))
     }
 
-    /// The span from one parameter to another (neither before the last one asked for), if these are its
-    /// ends but for rounding.
+    /// The span that begins and ends at two parameters, up to rounding, if there is one. Parameters
+    /// must be asked for in ascending order.
     pub fn whole(&mut self, from: f64, to: f64) -> Option<usize> {
         let (index, local) = self.seek(from);
         let index = index + usize::from(local > 0.0);

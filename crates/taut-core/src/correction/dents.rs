@@ -1,14 +1,15 @@
-//! The dents of rough rims: where a cloud ends is known to about a spacing, and paths jump what may be no surface.
+//! The dents of rough rims (the boundary of the surface). Where a cloud ends is known to about a
+//! spacing only, and paths jump what may be no surface.
 
 use crate::correction::length;
 use crate::surface::{Geometry, Node, Surface};
 
-/// Paths are looked at for rims so many chart radii apart, ...
+/// Distance between the places at which a path is looked at for rims, in chart radii.
 const LOOKED_AT: f64 = 0.125;
-/// ... and at no more than so many places between two nodes.
+/// Most places between two nodes at which a path is looked at for rims.
 const MOST_LOOKS: f64 = 256.0;
 
-/// How much longer the way round the dents of rough rims may be that a path jumps.
+/// How much longer the way round the dents of rough rims that a path jumps may be than the path.
 pub(super) fn detour<const D: usize, S: Surface<D>>(
     surface: &S,
     nodes: &[Node<D, S::Place>],

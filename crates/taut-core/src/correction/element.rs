@@ -1,33 +1,36 @@
-//! Reference elements: Gauss-Lobatto nodes, their quadrature, differentiation and interpolation.
+//! Reference elements: Gauss-Lobatto nodes with their quadrature, differentiation and
+//! interpolation.
 //!
 //! Sources: Canuto, Hussaini, Quarteroni, Zang, "Spectral Methods: Fundamentals in Single Domains"
-//! (2006), section 2.3 (nodes, weights, derivative matrix); Berrut, Trefethen, "Barycentric Lagrange
-//! Interpolation", SIAM Review 46 (2004).
+//! (2006), section 2.3 (nodes, weights, derivative matrix); Berrut, Trefethen, "Barycentric
+//! Lagrange Interpolation", SIAM Review 46 (2004).
 
 use std::sync::OnceLock;
 
 /// The highest degree of an element.
 pub(crate) const MAXIMUM_DEGREE: usize = 16;
 
-/// A polynomial element of given degree on [-1, 1].
+/// A polynomial element of a degree p on [-1, 1].
 #[derive(Debug)]
 pub(crate) struct Element {
-    /// Gauss-Lobatto nodes, ascending from -1 to 1.
+    /// The p + 1 Gauss-Lobatto nodes, ascending from -1 to 1.
     pub nodes: Vec<f64>,
-    /// Quadrature weights, exact to degree 2 p - 1.
+    /// The quadrature weights, exact to degree 2 p - 1.
     pub weights: Vec<f64>,
-    /// Row-major (p + 1)^2: derivative at node i of the Lagrange polynomial j.
+    /// The derivative at node i of the Lagrange polynomial j, (p + 1)^2 entries by rows.
     pub derivative: Vec<f64>,
-    /// Row-major (p + 1)^2: the integral of the products of derivatives.
+    /// The integral of the product of the derivatives of the Lagrange polynomials i and j,
+    /// (p + 1)^2 entries by rows.
     pub stiffness: Vec<f64>,
-    /// Row-major (p + 1)^2: Legendre coefficient i of the Lagrange polynomial j.
+    /// The Legendre coefficient i of the Lagrange polynomial j, (p + 1)^2 entries by rows.
     pub legendre: Vec<f64>,
-    /// Row-major (p + 1)^2: the integral from -1 to node i of the Lagrange polynomial j.
+    /// The integral from -1 to node i of the Lagrange polynomial j, (p + 1)^2 entries by rows.
     pub integration: Vec<f64>,
+    /// The barycentric weights of the nodes.
     barycentric: Vec<f64>,
 }
 
-/// The element of a degree, 1 to [`MAXIMUM_DEGREE`]; computed once.
+/// The element of a degree, 1 to [`MAXIMUM_DEGREE`]; it is computed once.
 pub(crate) fn element(degree: usize) -> &'static Element {
     static ELEMENTS: OnceLock<Vec<Element>> = OnceLock::new();
     &ELEMENTS.get_or_init(|| (1..=MAXIMUM_DEGREE).map(Element::new).collect())[degree - 1]
@@ -54,7 +57,7 @@ impl Element {
             for j in (0..count).filter(|j| *j != i) {
                 let entry = barycentric[j] / barycentric[i] / (nodes[i] - nodes[j]);
                 derivative[i * count + j] = entry;
-                // Rows sum to zero: the derivative of a constant.
+                // Rows sum to zero, as the derivative of a constant is zero.
                 derivative[i * count + i] -= entry;
             }
         }
@@ -138,7 +141,7 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     (current, slope)
 }
 
-/// The end points and the zeros of P_n', by Newton from Chebyshev-Lobatto points.
+/// The end points and the zeros of P_n', by Newton's method from the Chebyshev-Lobatto points.
 fn lobatto_nodes(degree: usize) -> Vec<f64> {
     let n = degree as f64;
     let mut nodes: Vec<f64> = (0..=degree)

@@ -1,18 +1,22 @@
 //! The paper's own correction: geodesic curvature flow of a polyline, (5)-(10), with its node rules
-//! (17)-(21). Second order in the spacing, kept to be compared with Newton's method.
+//! (17)-(21). It is of second order in the spacing, and is kept to be compared with Newton's
+//! method.
 //!
 //! What the paper leaves open is decided here:
-//! - The time step of (9) starts at L^2, where the slowest mode of a straight path decays tenfold a step;
-//!   a step that lengthens the path, or whose nodes are pulled back by more than half their way, is
-//!   repeated with a quarter of it.
-//! - (10) is solved directly: in coordinates normal to the curve, weighted by the nodes' share of the length,
-//!   its matrix is symmetric, positive definite and banded, so conjugate gradients save nothing.
-//! - exp(-r) in (17) hides a length: distances are measured in mean loads sigma_i (1 / r_i + floor). C_ss,
-//!   normal to the curve, has no part along it, which is where nodes may move: it acts through the load,
-//!   whose equilibrium is the sigma_i / r_i = Cst that (21) assumes. Only neighbours repel each other.
+//! - The time step of (9) starts at L^2, where the slowest mode of a straight path decays tenfold a
+//!   step. A step that lengthens the path, or whose nodes are pulled back by more than half their
+//!   way, is repeated with a quarter of the time step.
+//! - (10) is solved directly: in coordinates normal to the curve, weighted by the nodes' shares of
+//!   the length, its matrix is symmetric, positive definite and banded, so conjugate gradients save
+//!   nothing.
+//! - exp(-r) in (17) hides a length: distances are measured in mean loads sigma_i (1 /
+//!   r_i + floor). C_ss is normal to the curve and so has no part along it, where nodes may move.
+//!   It acts through the load, whose equilibrium is the sigma_i / r_i = Cst that (21) assumes. Only
+//!   neighbours repel each other.
 //! - An interval gets a new node where its sigma_i / r_i exceeds the Cst of (21) at the tolerance.
-//! - A level, between insertions, ends when the decrease still to come, extrapolated geometrically, is a
-//!   tenth of the tolerance; the whole ends when (20) is within the tolerance and two levels agree to it.
+//! - A level (between insertions) ends when the decrease still to come, extrapolated geometrically,
+//!   is a tenth of the tolerance. The whole ends when (20) is within the tolerance and two levels
+//!   agree to it.
 
 use crate::Vector;
 use crate::correction::band::Band;
@@ -22,21 +26,25 @@ use crate::correction::{Settings, Taut, finish, length};
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
+/// Most steps of a level.
 const MOST_STEPS: usize = 200;
+/// Most levels, between which nodes are inserted.
 const MOST_LEVELS: usize = 64;
+/// Most times that a step is refused and repeated with a shorter time.
 const MOST_REFUSALS: usize = 30;
-/// Steps of a level that also spread the nodes.
+/// Number of first steps of a level that also spread the nodes.
 const SPREADING_STEPS: usize = 8;
-/// Nodes nearer to each other than this share of the intervals before and after have met.
+/// Distance of two nodes, as a share of the intervals before and after, below which they have met.
 const MET: f64 = 0.05;
-/// Segments of the first polyline, at least.
+/// Least number of segments of the first polyline.
 const FEWEST_SEGMENTS: usize = 8;
 
-/// A polyline flowing on a surface.
+/// A polyline that flows on a surface.
 struct Flow<'a, const D: usize, S: Surface<D>> {
     surface: &'a S,
     solver: &'a mut Solver<D, S::Place>,
     nodes: Vec<Node<D, S::Place>>,
+    /// At each interior node, the tangent directions normal to the curve.
     normals: Vec<[Vector<D>; D]>,
     band: Band,
     steps: usize,
@@ -44,18 +52,18 @@ struct Flow<'a, const D: usize, S: Surface<D>> {
 
 /// How a level ended.
 enum Outcome {
-    /// Taut on its nodes; the length still to be lost.
+    /// The polyline is taut on its nodes; the number is the length that it would still lose.
     Taut(f64),
-    /// Not taut after the most steps.
+    /// The polyline is not taut after the most steps.
     Slow,
-    /// No tangent space, or no foot near enough.
+    /// The surface has no tangent space at a node, or no foot near enough.
     Lost,
 }
 
-/// Pulls a guess taut by the paper's scheme, as far as tolerance and nodes allow; its steps are
-/// O(nodes) each, and a relative tolerance takes about turning / sqrt(24 tolerance) nodes.
+/// Pulls a guess taut by the paper's scheme, as far as the tolerance and the number of nodes allow.
+/// Each step is O(nodes), and a relative tolerance takes about turning / sqrt(24 tolerance) nodes.
 ///
-/// The length is the sum of arcs in (20), the error at least (20) itself.
+/// The length is the sum of arcs in (20), and its error is at least (20) itself.
 pub(crate) fn flow<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
@@ -100,7 +108,7 @@ pub(crate) fn flow<const D: usize, S: Surface<D>>(
     flow.finish(Status::NotResolved, f64::INFINITY)
 }
 
-/// Lengths of a polyline's segments.
+/// The lengths of a polyline's segments.
 fn chords<const D: usize, P>(nodes: &[Node<D, P>]) -> Vec<f64> {
     nodes
         .windows(2)
@@ -113,8 +121,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         chords(&self.nodes)
     }
 
-    /// The guess's nodes, pulled onto the surface by (12) or (13) and parted where they coincide, and
-    /// more between them until there are enough.
+    /// Takes the guess's nodes, pulled onto the surface by (12) or (13) and without those that
+    /// coincide, and inserts more between them until there are enough.
     fn start(&mut self, guess: &[Node<D, S::Place>]) {
         let total: f64 = chords(guess).iter().sum();
         let (first, last) = (guess[0], guess[guess.len() - 1]);
@@ -142,7 +150,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         }
     }
 
-    /// C_ss at the interior nodes from the triangle of the two unit chords that meet there, (7)-(8).
+    /// C_ss at the interior nodes, from the triangle of the two unit chords that meet there,
+    /// (7)-(8).
     fn second_derivatives(&self) -> Vec<Vector<D>> {
         let chords = self.chords();
         (1..self.nodes.len() - 1)
@@ -166,7 +175,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             .collect()
     }
 
-    /// The arcs of (19) over the segments; their sum less the chords' is (20).
+    /// The arcs of (19) over the segments; their sum less that of the chords is (20).
     fn arcs(&self) -> Vec<f64> {
         let chords = self.chords();
         let pairs = chords.iter().zip(self.curvatures());
@@ -175,7 +184,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             .collect()
     }
 
-    /// Flows on a fixed number of nodes until taut.
+    /// Flows on a fixed number of nodes until the polyline is taut.
     fn level(&mut self, tolerance: f64) -> Outcome {
         let mut length: f64 = self.chords().iter().sum();
         let mut time = length * length;
@@ -196,6 +205,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             let size = self.nodes.iter().fold(length, |a, n| a.max(n.point.amax()));
             let rounding = f64::EPSILON * size * self.nodes.len() as f64;
             let mut accepted = None;
+            // A step that lengthens the path is refused and repeated with a shorter time.
             for _ in 0..MOST_REFUSALS {
                 accepted = self
                     .stepped(time)
@@ -224,8 +234,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         Outcome::Slow
     }
 
-    /// The tangent directions normal to the curve, k - 1 at every interior node: those of the geodesic
-    /// curvature vector (6).
+    /// Finds the tangent directions normal to the curve, k - 1 at every interior node, in which the
+    /// geodesic curvature vector (6) lies.
     fn find_normals(&mut self) -> bool {
         let k = self.surface.intrinsic_dimension();
         let mut all = Vec::with_capacity(self.nodes.len() - 2);
@@ -240,7 +250,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             let along = scratch
                 .project(&(nodes[2].point - nodes[0].point))
                 .normalize();
-            // All tangents but the one nearest to the curve's, by Gram and Schmidt.
+            // These are all tangents but the one nearest to the curve's, orthonormalised by Gram
+            // and Schmidt.
             let mut order: [usize; D] = std::array::from_fn(|j| j);
             let alignment = |j: &usize| scratch.tangent(*j).dot(&along).abs();
             order[..k].sort_by(|a, b| alignment(a).total_cmp(&alignment(b)));
@@ -259,12 +270,13 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         true
     }
 
-    /// A step of (5) by backward Euler (9), (I - dt P A) X' = X (10), then (12) or (13) at every node;
-    /// returns the nodes and the sum of their chords.
+    /// A step of (5) by backward Euler (9), (I - dt P A) X' = X (10), followed by (12) or (13) at
+    /// every node. Returns the nodes and the sum of their chords.
     ///
-    /// The motion X' - X is along the geodesic curvature vectors, N u with N normal to the curve and
-    /// tangent to the surface; times the node's share (sigma_{i-1} + sigma_i) / 2 of the length, the
-    /// system for u is symmetric. Motion along the curve would let nodes cluster, which shortens chords.
+    /// The motion X' - X is along the geodesic curvature vectors, N u with N normal to the curve
+    /// and tangent to the surface. Multiplied by the nodes' shares (sigma_{i-1} + sigma_i) / 2 of
+    /// the length, the system for u is symmetric. Motion along the curve is left out: it would let
+    /// nodes cluster, which shortens chords.
     fn stepped(&mut self, time: f64) -> Option<(Vec<Node<D, S::Place>>, f64)> {
         let directions = self.surface.intrinsic_dimension() - 1;
         let chords = self.chords();
@@ -307,6 +319,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             let foot = self
                 .surface
                 .foot(&target, &mut node.place, &mut self.solver.scratch)?;
+            // A step that must be pulled back by more than half its way is too long.
             let rounding = 64.0 * f64::EPSILON * target.amax();
             if (foot - target).norm() > 0.5 * shift.norm() + rounding {
                 return None;
@@ -317,7 +330,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         Some((nodes, length))
     }
 
-    /// Drops nodes that met: a zigzag flattened across the path leaves pairs that nothing would part.
+    /// Drops nodes that met: a zigzag that is flattened across the path leaves pairs that nothing
+    /// would part.
     fn part(&mut self) {
         let chords = self.chords();
         let last = chords.len() - 1;
@@ -340,8 +354,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         self.nodes = kept;
     }
 
-    /// One step of the repulsion (17)-(18) along the curve, and (12) or (13) after it. No node moves more
-    /// than half an interval, so none passes another.
+    /// One step of the repulsion (17)-(18) along the curve, followed by (12) or (13). No node moves
+    /// by more than half an interval, so none passes another.
     fn spread(&mut self) {
         let chords = self.chords();
         let curvatures = self.curvatures();
@@ -369,8 +383,8 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         }
     }
 
-    /// The intervals that (21) finds too long for the tolerance, Cst^2 / 24 to leading order; all where
-    /// none is, so that the next level shows what this one missed.
+    /// Marks the intervals that (21) finds too long for the tolerance, Cst^2 / 24 to leading order.
+    /// If none is too long, all are marked, so that the next level shows what this one missed.
     fn marked(&self, chords: &[f64], tolerance: f64) -> Vec<bool> {
         let longest = (24.0 * tolerance).sqrt();
         let turnings = chords.iter().zip(self.curvatures());
@@ -382,7 +396,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         }
     }
 
-    /// Halves the marked intervals; one whose middle has no foot stays.
+    /// Halves the marked intervals; an interval whose middle has no foot stays.
     fn insert(&mut self, marked: &[bool]) {
         let mut nodes = vec![self.nodes[0]];
         for (pair, marked) in self.nodes.windows(2).zip(marked) {
@@ -399,7 +413,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         self.nodes = nodes;
     }
 
-    /// The answer, with the stability that Newton's matrix finds at these nodes.
+    /// The finished path, with the stability that Newton's matrix finds at its nodes.
     fn finish(mut self, status: Status, error: f64) -> Path<D> {
         let arcs = self.arcs();
         let chords = self.chords();

@@ -1,13 +1,14 @@
-//! Lengths and their errors: the osculating arc (19)-(21), and the spectral tail.
+//! Lengths and their errors: the osculating arc (19)-(21), the spectral tail, and what errors of
+//! the surface's height do.
 
 use crate::correction::curve::Curve;
 use crate::correction::nodes::Profile;
 
 /// Relative error of each element's energy, estimated from its last Legendre modes.
 ///
-/// The velocity of an element of degree p has modes 0..p-1, and the modes of a smooth path fall
-/// geometrically; the first one left out is smaller than the last one kept. Returned per element as
-/// its share of the whole energy.
+/// The velocity of an element of degree p has the modes 0..p-1, and the modes of a smooth path fall
+/// geometrically, so the first mode left out is smaller than the last one kept. The error of each
+/// element is given as a share of the whole energy.
 pub(crate) fn tails<const D: usize, P: Copy>(curve: &Curve<D, P>, energy: f64) -> Vec<f64> {
     let reference = curve.element();
     let count = curve.degree + 1;
@@ -27,13 +28,15 @@ pub(crate) fn tails<const D: usize, P: Copy>(curve: &Curve<D, P>, energy: f64) -
             };
             let last = mode_energy(curve.degree - 1);
             let before = mode_energy(curve.degree - 2);
-            // Even and odd modes may alternate in size: the second last stands in where it warns.
+            // Even and odd modes may alternate in size, so the second last one counts too where it
+            // is much larger.
             last.max(before * 0.05) / energy
         })
         .collect()
 }
 
-/// The length of the arc of curvature `curvature` over a chord, (19): (2 / kappa) asin(kappa sigma / 2).
+/// The length of the arc of curvature `curvature` over a chord, (19): (2 / kappa) asin(kappa sigma
+/// / 2).
 pub(crate) fn arc(chord: f64, curvature: f64) -> f64 {
     let half = 0.5 * curvature * chord;
     if half < 1e-4 {
@@ -43,8 +46,8 @@ pub(crate) fn arc(chord: f64, curvature: f64) -> f64 {
     }
 }
 
-/// The length of a polyline by the arcs over its chords, (20), with the curvature of the surface along
-/// each chord.
+/// The length of a polyline by the arcs over its chords, (20), with the curvature of the surface
+/// along each chord.
 pub(crate) fn arcs(profile: &Profile) -> f64 {
     let pairs = profile.lengths.iter().zip(&profile.turnings);
     pairs
@@ -52,30 +55,33 @@ pub(crate) fn arcs(profile: &Profile) -> f64 {
         .sum()
 }
 
-/// How much longer a taut string becomes that is pushed aside by a depth at a place so far from its two ends.
+/// How much longer a taut string becomes when it is pushed aside by `depth` at a place whose
+/// distances from its two ends are given.
 pub(crate) fn detour([before, behind]: [f64; 2], depth: f64) -> f64 {
     before.hypot(depth) + behind.hypot(depth) - before - behind
 }
 
 /// What errors of the surface's height do to a path's length.
 ///
-/// Moving a stretch of length s along its normal by delta changes the length by kappa delta s to first
-/// order, kappa the normal curvature along the path; heights are independent from chart to chart, so
-/// these add in quadrature. Ripples of that height and a chart's radius lengthen it by half their
-/// squared slope.
+/// Moving a stretch of length s along its normal by delta changes the length by kappa delta s to
+/// first order, where kappa is the normal curvature along the path. Heights are independent from
+/// chart to chart, so these changes add in quadrature. Ripples of the height error and of a chart's
+/// radius lengthen the path by half their squared slope.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct HeightErrors {
     first_order_variance: f64,
     second_order: f64,
 }
 
-/// Standard errors counted in the estimate, so that 99 % of lengths on clean clouds are covered.
+/// Number of standard errors in the estimate, chosen so that 99 % of lengths on clean clouds are
+/// covered.
 const STANDARD_ERRORS: f64 = 5.0;
-/// Slope of a ripple in units of height / radius.
+/// Slope of a ripple, in units of height error over chart radius.
 pub(crate) const RIPPLE: f64 = 3.0;
 
 impl HeightErrors {
-    /// Adds a stretch with its normal curvature, its surface's height error and chart radius.
+    /// Adds a stretch of a path with the path's normal curvature, the surface's height error and
+    /// the chart's radius there.
     pub fn add(&mut self, stretch: f64, curvature: f64, height_error: f64, radius: f64) {
         if radius > 0.0 {
             let shift = curvature * height_error;
@@ -84,13 +90,14 @@ impl HeightErrors {
         }
     }
 
-    /// Adds a stretch along a rim with the path's geodesic curvature there: where the data ends is
-    /// known to about a quarter of a chart's radius, a spacing.
+    /// Adds a stretch along a rim (the boundary of the surface) with the path's geodesic curvature
+    /// there. Where the data ends is known to about a quarter of a chart's radius, which is a
+    /// spacing.
     pub fn add_rim(&mut self, stretch: f64, geodesic_curvature: f64, radius: f64) {
         self.second_order += stretch * (geodesic_curvature * 0.25 * radius).min(1.0);
     }
 
-    /// Estimated absolute error of the length.
+    /// Estimated absolute error of the length, in the input's units.
     pub fn length_error(&self) -> f64 {
         STANDARD_ERRORS * self.first_order_variance.sqrt() + self.second_order
     }

@@ -1,4 +1,9 @@
 //! Correction: a first guess is pulled taut to a tolerance [3.3].
+//!
+//! A guess is first straightened as a coarse polyline, which tells its length roughly. The
+//! candidates that could be shortest are then put on polynomial elements, which are refined until
+//! the estimated error of the length is within the tolerance. The result is a path with its error
+//! estimates and its status.
 
 pub(crate) mod band;
 pub(crate) mod curve;
@@ -20,14 +25,14 @@ use crate::correction::rough::Rough;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
-/// How a guess is pulled taut.
+/// The method by which a guess is pulled taut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scheme {
     /// Newton's method on spectral elements.
     #[default]
     Newton,
-    /// The paper's geodesic curvature flow (10) on a polyline, nodes spread by (17)-(18): second
-    /// order, for comparison.
+    /// The paper's geodesic curvature flow (10) on a polyline, with nodes spread by (17)-(18). It
+    /// is of second order, and kept for comparison.
     Flow,
 }
 
@@ -38,10 +43,12 @@ pub struct Settings {
     pub tolerance: f64,
     /// Most nodes of a path.
     pub most_nodes: usize,
-    /// How a guess is pulled taut.
+    /// The method by which a guess is pulled taut.
     pub scheme: Scheme,
-    /// Shoot rays in all directions, some milliseconds a path, to find out whether the shortest path found is the shortest there is:
-    /// on surfaces of dimension 2 given by equations or clean clouds. Where the ends are nearly conjugate that is done anyway.
+    /// Whether to shoot rays in all directions to find out whether the shortest path found is the
+    /// shortest there is. It takes some milliseconds a path, and works on surfaces of dimension 2
+    /// given by equations or clean clouds. Where the ends are nearly conjugate, it is done in any
+    /// case.
     pub prove_shortest: bool,
 }
 
@@ -56,7 +63,7 @@ impl Default for Settings {
     }
 }
 
-/// A path being pulled taut, between levels.
+/// A path that is being pulled taut, between levels.
 #[derive(Clone)]
 pub(crate) struct Taut<const D: usize, P> {
     pub curve: Curve<D, P>,
@@ -69,40 +76,52 @@ impl<const D: usize, P: Copy> Taut<D, P> {
         self.level.measure.length
     }
 
-    /// Two straightened paths of nearly the same length whose middles lie together are one.
+    /// Whether two straightened paths are one: their lengths differ by at most the share
+    /// `relative`, and their middles lie together.
     pub fn runs_with(&self, other: &Self, relative: f64) -> bool {
         (self.length() - other.length()).abs() <= relative * self.length()
             && (self.halfway() - other.halfway()).norm() <= 0.02 * self.length()
     }
 
+    /// The place halfway along the path's chords.
     pub fn halfway(&self) -> Vector<D> {
         curve::halfway(self.curve.nodes.iter().map(|node| node.point))
     }
 }
 
-/// Turning per segment of the first polyline, radians: fine enough to stay on its sheet of the
-/// surface, coarse enough that a zigzag guess is smoothed by a few steps.
+/// Turning per segment of the first polyline, in radians: fine enough to stay on its sheet of the
+/// surface, and coarse enough that a zigzag guess is smoothed by a few steps.
 const COARSE_TURNING: f64 = 0.4;
+/// Least number of segments of the first polyline.
 const COARSE_SEGMENTS: usize = 8;
-/// Times that the first polyline is made finer because a segment left the surface.
+/// Most times that the first polyline is tried, each time finer because a segment left the surface.
 const MOST_COARSE_LEVELS: usize = 4;
-/// Turning per element of the final path, radians.
+/// Turning per element of the final path, in radians.
 const ELEMENT_TURNING: f64 = 1.6;
-/// Relative error of a straightened polyline's length, by arcs (19) on segments of that turning.
+/// Relative error of the length of a straightened polyline, by arcs (19) on segments that turn by
+/// [`COARSE_TURNING`].
 const COARSE_ERROR: f64 = 0.01;
+/// Most Newton steps on a polyline.
 const MOST_STEPS: usize = 25;
-/// Steps per level of the final path; one that is not taut then may need more nodes first.
+/// Most Newton steps per level of the final path; a path that is not taut after them may need more
+/// nodes first.
 const LEVEL_STEPS: usize = 12;
-/// Relative error of the length that Newton leaves on the cheap view of a surface, far above what that errs by.
+/// Relative error of the length that Newton may leave on the cheap view of a surface, far above the
+/// error of that view.
 const ROUGH_TOLERANCE: f64 = 1e-7;
+/// Most Newton steps on the cheap view of a surface.
 const ROUGH_STEPS: usize = 6;
+/// Most escapes from saddles.
 const MOST_ESCAPES: usize = 4;
+/// Most levels of the final path, between which elements are halved.
 const MOST_LEVELS: usize = 10;
 
-/// Pulls a guess roughly taut on a polyline: enough to tell its length to a few parts in a thousand.
+/// Pulls a guess roughly taut on a polyline: enough to tell its length to a few parts in a
+/// thousand.
 ///
-/// A polyline shortens itself by leaping from one part of the surface to another through space; it is
-/// begun anew with twice the segments where one does. `None` where the guess cannot be followed.
+/// A polyline can shorten itself by leaping through space from one part of the surface to another.
+/// Where one does, it is begun anew with twice the segments. `None` where the guess cannot be
+/// followed.
 pub(crate) fn straighten<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
@@ -142,7 +161,7 @@ pub(crate) fn straighten<const D: usize, S: Surface<D>>(
     }
 }
 
-/// Newton on a polyline, with escapes from saddles.
+/// Newton's method on a polyline, with escapes from saddles.
 fn straighten_polyline<const D: usize, S: Surface<D>>(
     surface: &S,
     curve: &mut Curve<D, S::Place>,
@@ -161,8 +180,8 @@ fn straighten_polyline<const D: usize, S: Surface<D>>(
     Some(level)
 }
 
-/// Pulls a straightened path taut to the tolerance: higher degree, spans by curvature, elements
-/// halved until the error estimate is met.
+/// Pulls a straightened path taut to the tolerance: on elements of higher degree, with spans by
+/// curvature, which are halved until the error estimate is met.
 ///
 /// Returns the path as far as it got; the status says whether it converged.
 pub(crate) fn tighten<const D: usize, S: Surface<D>>(
@@ -195,6 +214,8 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let mut steps = start_steps;
     let mut escapes = 0;
     let mut error = COARSE_ERROR;
+    // A level pulls the path taut on its elements, leaves a saddle if it is on one, or halves
+    // elements that err.
     for _ in 0..MOST_LEVELS {
         let roughly_taut = roughly_taut(surface, &taut, degree, &knots, solver);
         if let Some((_, more)) = roughly_taut {
@@ -244,8 +265,9 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     finish(surface, taut, Status::NotResolved, error, solver)
 }
 
-/// The path on new elements, pulled taut on the cheap view of the surface where there is one and then put onto the
-/// surface itself, and the steps taken: Newton has one step left then, as a rule. `None` where that fails.
+/// The path on new elements, pulled taut on the cheap view of the surface and then put onto the
+/// surface itself, with the number of steps taken. As a rule Newton has one step left then. `None`
+/// where there is no cheap view or where this fails.
 fn roughly_taut<const D: usize, S: Surface<D>>(
     surface: &S,
     taut: &Taut<D, S::Place>,
@@ -267,7 +289,7 @@ fn roughly_taut<const D: usize, S: Surface<D>>(
     Some((curve, level.steps))
 }
 
-/// Fractions of length as fractions of the curve's parameter.
+/// The parameters of the curve at which it has run given fractions of its length.
 fn spans_of<const D: usize, P: Copy>(curve: &Curve<D, P>, fractions: &[f64]) -> Vec<f64> {
     let lengths: Vec<f64> = curve
         .nodes
@@ -291,8 +313,9 @@ fn spans_of<const D: usize, P: Copy>(curve: &Curve<D, P>, fractions: &[f64]) -> 
     knots
 }
 
-/// Estimated relative error of the length: the energy's tail (half of it would be the length's share;
-/// four times that covers spheres, tori and ellipsoids at every degree), what Newton left, rounding.
+/// Estimated relative error of the length. It adds the energy's tail (half of it would be the
+/// length's share; four times that covers spheres, tori and ellipsoids at every degree), what
+/// Newton left, and rounding.
 fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 {
     let size = taut
         .curve
@@ -304,7 +327,7 @@ fn relative_error<const D: usize, P: Copy>(taut: &Taut<D, P>, tail: f64) -> f64 
     2.0 * tail + taut.level.left.clamp(0.0, 1.0) + rounding
 }
 
-/// The answer: nodes, normals, arc lengths, and what was reached.
+/// The finished path: nodes, normals and arc lengths, with its errors and what was reached.
 fn finish<const D: usize, S: Surface<D>>(
     surface: &S,
     taut: Taut<D, S::Place>,
@@ -360,7 +383,7 @@ fn finish<const D: usize, S: Surface<D>>(
                 }
             }
             let normal = solver.scratch.normal(0);
-            // Last, as it takes the frame's memory.
+            // This comes last, as it takes the frame's memory.
             let off = solver.scratch.step_off();
             let off = off.map_or(f64::INFINITY, |step| step.norm());
             path.max_off_surface = path.max_off_surface.max(off);

@@ -1,9 +1,9 @@
 //! Newton's method for the energy of a path whose nodes stay on the surface.
 //!
-//! The Hessian on the surface couples the nodes of an element by T_i' K_ij T_j and adds <g_i, II> to
-//! the diagonal, g the energy's gradient; for degree 1 this is the block-tridiagonal matrix of the
-//! flow (10) with the curvature term that makes its convergence quadratic. Levenberg's shift of the
-//! diagonal is a flow step of the size 1 / shift.
+//! The Hessian on the surface couples the nodes of an element by T_i' K_ij T_j and adds <g_i, II>
+//! to the diagonal, where g is the energy's gradient and II the second fundamental form. For degree
+//! 1 this is the block-tridiagonal matrix of the flow (10), with the curvature term that makes
+//! convergence quadratic. Levenberg's shift of the diagonal is a flow step of the size 1 / shift.
 
 mod escape;
 mod shift;
@@ -13,19 +13,20 @@ use crate::correction::band::Band;
 use crate::correction::curve::{Curve, Measure};
 use crate::surface::{Geometry, Node, Surface};
 
-/// How well a level was solved.
+/// How well a level (a path on fixed elements) was solved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Level {
-    /// The relative error of the length left by the last Newton step is below the level's tolerance.
+    /// Whether the relative error of the length left by the last Newton step is below the level's
+    /// tolerance.
     pub converged: bool,
-    /// Energy and length.
+    /// Energy and length of the path.
     pub measure: Measure,
     /// Estimated relative error of the length that the last step left.
     pub left: f64,
-    /// The number of directions that shorten the path (the Morse index); `None` where the Hessian is
-    /// singular to rounding (conjugate end points).
+    /// The number of directions in which the path shortens at second order (the Morse index);
+    /// `None` where the Hessian is singular to rounding, because the end points are conjugate.
     pub index: Option<usize>,
-    /// Newton steps taken.
+    /// Number of Newton steps taken.
     pub steps: usize,
 }
 
@@ -42,19 +43,21 @@ pub(crate) struct Solver<const D: usize, P> {
     masses: Vec<f64>,
     squared_speed: f64,
     trial: Vec<Node<D, P>>,
-    /// The geometries are those at the nodes of the path last solved.
+    /// Whether the geometries are those at the nodes of the path last solved.
     is_current: bool,
     pub scratch: Geometry<D>,
 }
 
-/// The rim's stiffness in units of L^2 / resolution^2: a path round a hole of a few spacings sinks
-/// into its rim by less than a twentieth of a chart's radius.
+/// Stiffness of a rim (the boundary of the surface), in units of L^2 / resolution^2. With it, a
+/// path round a hole of a few spacings sinks into the rim by less than a twentieth of a chart's
+/// radius.
 const RIM_STIFFNESS: f64 = 40.0;
+/// Most shifts that are tried for one step.
 const MOST_SHIFTS: usize = 24;
-/// Relative change of the length below which a step need not be taken: before that it betters the guess for what
-/// follows.
+/// Relative change of the length below which Newton's last step is not taken. A larger step is
+/// taken even within the tolerance, because it betters the guess for what follows.
 const NOT_WORTH_A_STEP: f64 = 1e-10;
-/// Longest step of a node on a cloud, in radii of its chart: none may leap over a hole.
+/// Longest step of a node on a cloud, in radii of its chart, so that no node leaps over a hole.
 const LONGEST_STEP: f64 = 0.6;
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
@@ -76,9 +79,9 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         }
     }
 
-    /// Pulls the path taut on its present elements, until Newton's step leaves a relative error of the
-    /// length below `tolerance` or would itself change it by less (and by less than is worth a step), or for `most_steps`
-    /// steps.
+    /// Pulls the path taut on its present elements, in at most `most_steps` steps. It ends when
+    /// Newton's step leaves a relative error of the length below `tolerance`, or when the step
+    /// would itself change the length by less than that and than is worth a step.
     ///
     /// `None` where the surface has no tangent space at a node.
     pub fn solve<S: Surface<D, Place = P>>(
@@ -108,6 +111,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         let mut shift = 0.0;
         let least_shift = shift::least_shift(tolerance);
         let mut last_change = None;
+        // Each round makes one step, with the first shift of the Hessian that gives one of use.
         while level.steps < most_steps {
             let rim = self.assemble(surface, curve, measure)?;
             let penalised = measure.energy + rim;
@@ -155,7 +159,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             }
             level.steps += 1;
             let Some((trial, change)) = accepted else {
-                // No step lowers the energy: as taut as rounding allows, if Newton agrees.
+                // No step lowers the energy. The path is as taut as rounding allows, if Newton's
+                // last step says so.
                 level.converged = level.left < tolerance;
                 break;
             };
@@ -187,8 +192,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// The Gauss curvature of a surface of dimension 2 at interior node `i` of the path last solved, as it was before the
-    /// last step.
+    /// The Gauss curvature of a surface of dimension 2 at interior node `i` of the path last
+    /// solved, as it was before the last step.
     pub fn gauss_curvature(&self, i: usize) -> f64 {
         let [first, both, last] = self.geometries[i - 1].bends();
         first.dot(&last) - both.norm_squared()
@@ -207,8 +212,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         residual / self.masses[i] / self.squared_speed
     }
 
-    /// Puts the geometry at a node of the path last solved into `scratch`, if it is known: what the last step found
-    /// where it did not move the path.
+    /// Puts the geometry at a node of the path last solved into `scratch`, if it is known; it is
+    /// known from the last step if this did not move the path.
     pub fn recall(&mut self, node: usize, nodes: usize) -> bool {
         let known = self.is_current && (1..nodes - 1).contains(&node);
         if known {
@@ -217,7 +222,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         known
     }
 
-    /// The parameter's share of every node: the lumped mass matrix.
+    /// Finds each node's share of the parameter: the lumped mass matrix.
     fn weigh(&mut self, curve: &Curve<D, P>) {
         let reference = curve.element();
         self.masses.clear();
@@ -229,7 +234,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         }
     }
 
-    /// Residual and Hessian at the present nodes; returns the rim's share of the energy.
+    /// Computes the residual and the Hessian at the present nodes; returns the rim's share of the
+    /// energy.
     fn assemble<S: Surface<D, Place = P>>(
         &mut self,
         surface: &S,
@@ -263,6 +269,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                 rim_energy += 0.5 * stiffness * depth * depth;
                 pull += gradient * (stiffness * depth);
             }
+            // The force of the rim acts through the second fundamental form, too.
             let form = self.geometries[i].second_form(&pull);
             let tangents = &mut self.tangents[i];
             for (j, tangent) in tangents[..k].iter_mut().enumerate() {
@@ -321,6 +328,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         }
     }
 
+    /// The stiffness of the rim at a node.
     fn rim_stiffness<S: Surface<D, Place = P>>(
         &self,
         surface: &S,
@@ -332,7 +340,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         RIM_STIFFNESS * 2.0 * measure.energy / (resolution * resolution) * self.masses[i]
     }
 
-    /// Factors the Hessian plus `shift` times the mass matrix.
+    /// Factors the Hessian plus `shift` times the mass matrix; returns the number of negative
+    /// pivots.
     fn factor(&mut self, shift: f64) -> Option<usize> {
         self.band.clone_from(&self.base);
         if shift > 0.0 {
@@ -344,7 +353,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         self.band.factor()
     }
 
-    /// Newton's step; returns the predicted decrease of the energy.
+    /// Computes Newton's step; returns the predicted decrease of the energy.
     fn newton_step(&mut self) -> f64 {
         for (step, residual) in self.step.iter_mut().zip(&self.residual) {
             *step = -residual;
@@ -359,8 +368,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         -0.5 * slope
     }
 
-    /// Takes the step, pulls every node back onto the surface, and measures; the nodes are left in
-    /// `trial`. `None` where a node steps too far or finds no foot.
+    /// Takes the step, pulls every node back onto the surface, and measures the result; the nodes
+    /// are left in `trial`. `None` where a node steps too far or finds no foot.
     fn attempt<S: Surface<D, Place = P>>(
         &mut self,
         surface: &S,
@@ -381,7 +390,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             for (tangent, s) in self.tangents[i].iter().zip(step) {
                 along += tangent * *s;
             }
-            // Second order already, so that the pull-back has little left to do.
+            // The target follows the surface to second order, so that the pull-back has little left
+            // to do.
             let target = node.point + along + self.geometries[i].bend(&along) * 0.5;
             node.point = surface.foot(&target, &mut node.place, &mut self.scratch)?;
         }

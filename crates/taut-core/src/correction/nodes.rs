@@ -1,22 +1,23 @@
-//! Where the nodes go: spread by curvature, (17)-(18), and inserted where the error demands it.
+//! Where the nodes go: they are spread by curvature, (17)-(18), and inserted where the error
+//! demands it.
 //!
-//! The paper moves samples by repulsion until sigma_i / r_i is constant. The energy keeps each
-//! element's share of the length at its span, so the same equilibrium is reached at once by choosing
-//! the spans: their ends divide the integral of a floor plus the curvature evenly.
+//! The paper moves samples by repulsion until sigma_i / r_i is constant. Here the energy keeps each
+//! element's share of the length at its span. So the same equilibrium is reached at once by
+//! choosing the spans: their ends divide the integral of a floor plus the curvature evenly.
 
 use crate::Vector;
 use crate::correction::curve::{Cursor, Curve};
 use crate::surface::{Geometry, Node, Surface};
 
-/// The length and the turning (integral of the normal curvature, in radians) of a polyline's segments.
+/// The length and the turning (integral of the normal curvature) of a polyline's segments.
 pub(crate) struct Profile {
-    /// Segment lengths.
+    /// Lengths of the segments, in the input's units.
     pub lengths: Vec<f64>,
-    /// Angle by which the surface's normal turns along each segment.
+    /// Angles by which the surface's normal turns along the segments, in radians.
     pub turnings: Vec<f64>,
-    /// Sum of the lengths.
+    /// Sum of the lengths, in the input's units.
     pub length: f64,
-    /// Sum of the turnings.
+    /// Sum of the turnings, in radians.
     pub turning: f64,
 }
 
@@ -56,8 +57,8 @@ pub(crate) fn profile<const D: usize, S: Surface<D>>(
 }
 
 impl Profile {
-    /// `count` knots' worth of spans that divide floor plus curvature evenly, as ascending fractions
-    /// of the length from 0 to 1.
+    /// The ends of `count` spans that divide the integral of floor plus curvature evenly, as
+    /// ascending fractions of the length from 0 to 1.
     pub fn knots(&self, count: usize) -> Vec<f64> {
         let floor = (0.5 * self.turning).max(1.0) / self.length;
         let loads: Vec<f64> = self
@@ -84,7 +85,7 @@ impl Profile {
     }
 }
 
-/// A polyline with nodes at the given fractions of the guess's length, pulled onto the surface; a
+/// A polyline with nodes at the given fractions of the guess's length, pulled onto the surface. A
 /// node without a foot takes the guess's own nearest node.
 pub(crate) fn resample<const D: usize, S: Surface<D>>(
     surface: &S,
@@ -118,8 +119,8 @@ pub(crate) fn resample<const D: usize, S: Surface<D>>(
     }
 }
 
-/// Sagitta of a segment, in shares of its length, above which it no longer follows the surface: an arc
-/// of 2 radians has 0.27.
+/// Sagitta of a segment, as a share of its length, above which the segment no longer follows the
+/// surface. An arc of 2 radians has 0.27.
 const LEAP: f64 = 0.3;
 
 /// Whether a segment of a polyline leaves the surface instead of following it.
@@ -137,7 +138,7 @@ pub(crate) fn leaps<const D: usize, S: Surface<D>>(
     })
 }
 
-/// The knots of a curve with the marked elements halved.
+/// The ends of the spans of a curve, from 0 to 1, after the marked elements are halved.
 pub(crate) fn insert(spans: &[f64], marked: &[bool]) -> Vec<f64> {
     let mut knots = vec![0.0];
     let mut start = 0.0;

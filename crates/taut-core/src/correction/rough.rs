@@ -1,9 +1,10 @@
-//! A surface by what costs less and agrees with it to its estimated error.
+//! The cheap view of a surface: it costs less to evaluate, and agrees with the surface to the
+//! surface's own estimated error.
 
 use crate::Vector;
 use crate::surface::{Geometry, Surface};
 
-/// The cheap view of a surface: good for all but the last steps of a path.
+/// The cheap view of a surface, which is good for all but the last steps of a path.
 pub(crate) struct Rough<'a, S>(pub &'a S);
 
 impl<const D: usize, S: Surface<D>> Surface<D> for Rough<'_, S> {

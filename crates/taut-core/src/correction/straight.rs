@@ -1,4 +1,4 @@
-//! A path roughly taut: a straightened guess, or a geodesic shot from one end.
+//! Paths that are roughly taut: straightened guesses, or geodesics shot from one end.
 
 use crate::correction::Taut;
 use crate::correction::curve::Curve;
@@ -11,15 +11,17 @@ use crate::surface::{Node, Surface};
 pub(crate) struct Straight<const D: usize, P> {
     pub taut: Taut<D, P>,
     pub(super) profile: Profile,
-    /// How far geodesics that leave one end beside it are apart at the other, in shares of the farthest that they come apart
-    /// before: 0 where the ends are conjugate, below 0 where they are beyond that. 1 where it is not known.
+    /// How far apart geodesics that leave one end side by side are at the other end, as a share of
+    /// the farthest that they come apart before. It is 0 where the ends are conjugate, below 0
+    /// where they are beyond conjugate points, and 1 where it is not known.
     pub spread: f64,
 }
 
 /// Degree of the elements that a shot geodesic is put on.
 const SHOT_DEGREE: usize = 10;
 
-/// Shares of the length, from 0 to 1, of the nodes on so many elements of a shot geodesic.
+/// The places of the nodes of a shot geodesic on a number of elements, as shares of its length from
+/// 0 to 1.
 pub(crate) fn shares(elements: usize) -> Vec<f64> {
     let reference = element(SHOT_DEGREE);
     let of = |e: usize, x: &f64| (e as f64 + 0.5 * (1.0 + x)) / elements as f64;
@@ -28,13 +30,13 @@ pub(crate) fn shares(elements: usize) -> Vec<f64> {
 }
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Straight<D, P> {
-    /// By how much the surface's normal turns along it, in radians.
+    /// The angle by which the surface's normal turns along the path, in radians.
     pub fn turning(&self) -> f64 {
         self.profile.turning
     }
 
-    /// A geodesic by its nodes at the [`shares`] of its length, on so many elements; `None` where one has
-    /// no foot on the surface.
+    /// A geodesic given by its nodes at the [`shares`] of its length, on a number of elements;
+    /// `None` where a node has no foot on the surface.
     pub fn along<S: Surface<D, Place = P>>(
         surface: &S,
         elements: usize,
@@ -73,7 +75,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Straight<D, P> {
     }
 }
 
-/// The Jacobi field J'' = -K J, J(0) = 0, at the end of a polyline just solved, over its largest, K constant from node to node.
+/// The Jacobi field J'' = -K J, J(0) = 0, at the end of a polyline just solved, over its largest
+/// value; K is constant from node to node.
 pub(super) fn spread<const D: usize, S: Surface<D>>(
     surface: &S,
     curve: &Curve<D, S::Place>,
@@ -99,7 +102,8 @@ pub(super) fn spread<const D: usize, S: Surface<D>>(
     j / most
 }
 
-/// What a length does to J and J' where the Gauss curvature is constant.
+/// The entries of the matrix that takes J and J' over a length where the Gauss curvature is
+/// constant.
 fn propagator(gauss: f64, length: f64) -> (f64, f64, f64) {
     let root = gauss.abs().sqrt();
     let x = root * length;

@@ -68,6 +68,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let near = self
             .nearest_node(source)
             .ok_or_else(|| refused("no node of the surface is near"))?;
+        // The geodesic is wanted as it is, also where it is no longer the shortest way.
         let limits = Limits {
             past_conjugate: true,
             ..self.unbounded(length, settings)

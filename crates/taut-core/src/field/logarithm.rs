@@ -156,6 +156,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         if !path.converged() || (path.length - length).abs() > most {
             return None;
         }
+        // The first and the last segment of the path give its directions, as straight steps seen
+        // from its ends.
         let ahead = source.log(path.points.get(1)?, ON_SURFACE);
         let back = here.log(path.points.iter().nth_back(1)?, ON_SURFACE);
         let arrival = norm(back);

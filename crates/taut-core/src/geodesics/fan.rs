@@ -1,9 +1,10 @@
-//! Every geodesic of a two-dimensional surface from one point to another that may be the shortest: rays in all directions,
-//! and between them the directions in which they meet the target.
+//! Every geodesic of a two-dimensional surface from one point to another that may be the shortest.
+//! Rays are shot in all directions, and the directions between them in which rays meet the target
+//! are found.
 //!
-//! By how much a ray misses the target is a smooth function of its angle, whose derivative the Jacobi field knows. Where it
-//! vanishes a geodesic arrives. Rays are put between others until a cubic through both neighbours tells where, or until
-//! both stay clear of the target.
+//! How far a ray misses the target is a smooth function of its angle, whose derivative the Jacobi
+//! field knows. Where the function vanishes a geodesic arrives. Rays are put between others until a
+//! cubic through both neighbours tells where that is, or until both stay clear of the target.
 
 use std::f64::consts::TAU;
 
@@ -18,12 +19,12 @@ pub(crate) struct Arrival<const D: usize, P> {
 }
 
 impl<const D: usize, P> Arrival<D, P> {
-    /// Its length, as far as the shot tells.
+    /// The length of the geodesic, as far as the shot tells.
     pub fn length(&self) -> f64 {
         self.pass.knot.length + self.pass.miss.abs()
     }
 
-    /// By how much it turns as the surface does, in radians.
+    /// The angle by which the geodesic turns with the surface, in radians.
     pub fn turning(&self) -> f64 {
         let steps = self.ray.knots.windows(2);
         let within = steps.take_while(|pair| pair[0].length < self.pass.knot.length);
@@ -33,66 +34,73 @@ impl<const D: usize, P> Arrival<D, P> {
     }
 }
 
-/// What rays from one point find of another.
+/// What the rays from one point find out about another point.
 #[derive(Clone, Debug)]
 pub(crate) struct Sweep<const D: usize, P> {
-    /// Shortest first.
+    /// The geodesics that reach the target, shortest first.
     pub arrivals: Vec<Arrival<D, P>>,
-    /// Rays were everywhere dense enough that no arrival up to the length asked for was missed.
+    /// Whether rays were everywhere dense enough that no arrival up to the length asked for was
+    /// missed.
     pub covered: bool,
 }
 
+/// Number of rays that are shot first, evenly spaced.
 const FIRST_RAYS: usize = 16;
-/// Narrowest angle between rays.
+/// Narrowest angle between rays, in radians.
 const NARROWEST: f64 = 1e-4;
-/// Errors of steps, relative: at first, and at least.
+/// Relative error of steps that is allowed at first.
 const TOLERANCE: f64 = 1e-6;
+/// Least relative error of steps that is asked for.
 const LEAST_TOLERANCE: f64 = 1e-13;
-/// Of steps, in shares of the largest miss over the scale.
+/// Relative error of steps that is wanted, as a share of the largest miss over the scale.
 const OF_MISSES: f64 = 1e-4;
-/// Misses below this many errors of a ray are none.
+/// Misses below this many errors of a ray count as none.
 const DEGENERATE: f64 = 30.0;
-/// A gap can hold an arrival where a ray beside misses by less than this many times what the gap spreads to.
+/// Largest miss of a ray beside a gap, in units of what the gap spreads to, at which the gap may
+/// hold an arrival.
 const POSSIBLE: f64 = 2.0;
-/// The cubic is trusted where the ray halfway misses by what it says, but for this share of the largest of the three.
+/// Largest difference between the miss of the ray halfway and what the cubic says, as a share of
+/// the largest of the three misses, at which the cubic is trusted.
 const TRUSTED: f64 = 0.02;
-/// Neighbouring rays' passes belong together where their lengths differ by less than this share of them and what the rays
-/// spread to.
+/// Largest difference of length between the passes of neighbouring rays that belong together, as a
+/// share of the length, beyond what the rays spread to and miss by.
 const TOGETHER: f64 = 0.02;
-/// An arrival is found where it misses by less than this share of the scale, or than the least the bracket allows.
+/// Largest miss of an arrival, as a share of the scale, unless the bracket allows no less.
 const FOUND: f64 = 1e-12;
+/// Most shots to find an arrival.
 const MOST_SHOTS: usize = 40;
 
+/// The rays from one node, and what is found between them.
 struct Fan<'a, const D: usize, S: Surface<D>> {
     aim: &'a Aim<'a, D, S>,
     from: Node<D, S::Place>,
     longest: f64,
     tolerance: f64,
-    /// Misses below this are none.
+    /// Misses below this length count as none.
     floor: f64,
     rays: usize,
     most_rays: usize,
-    /// Between which rays an arrival lies, with the passes.
+    /// Pairs of neighbouring rays between which an arrival lies, with their passes.
     brackets: Vec<[Side; 2]>,
-    /// Rays that pass the target closer than they can tell.
+    /// Rays that pass the target closer than they can tell, by angle and length.
     touching: Vec<(f64, f64)>,
     covered: bool,
 }
 
-/// How a ray at an end of a bracket passes.
+/// How a ray at an end of a bracket passes the target.
 #[derive(Clone, Copy, Debug)]
 struct Side {
     angle: f64,
     length: f64,
     miss: f64,
     jacobi: f64,
-    /// J'
+    /// The derivative J' of the Jacobi field.
     slope: f64,
     minimal: bool,
 }
 
-/// The geodesics up to a length from a node to the target, by at most so many rays; `None` where the node has no tangent
-/// plane.
+/// The geodesics up to a length from a node to the target, found by at most `most_rays` rays;
+/// `None` where the node has no tangent plane.
 pub(crate) fn sweep<const D: usize, S: Surface<D>>(
     aim: &Aim<D, S>,
     from: &Node<D, S::Place>,
@@ -120,6 +128,8 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
     let mut arrivals: Vec<Arrival<D, S::Place>> = Vec::new();
     let mut brackets = std::mem::take(&mut fan.brackets);
     brackets.sort_by(|a, b| about(a)[0].total_cmp(&about(b)[0]));
+    // The shortest come first, and brackets whose arrivals must be longer than one that is found
+    // are left out.
     for bracket in brackets {
         let [length, slack] = about(&bracket);
         if arrivals.iter().any(|best| best.length() < length - slack) {
@@ -133,7 +143,8 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
     }
     fan.touching
         .sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
-    // All of these are as long as each other to what a ray can tell, as all meridians from pole to pole are.
+    // All these rays are as long as each other as far as a ray can tell, as all meridians from pole
+    // to pole are.
     for (angle, length) in fan.touching.iter().take(2) {
         arrivals.extend(fan.shot(*angle, *length));
     }
@@ -145,7 +156,8 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
 }
 
 impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
-    /// Rays in evenly spaced directions, with errors well below what they miss the target by.
+    /// Shoots rays in evenly spaced directions, with errors well below what they miss the target
+    /// by.
     fn first_rays(&mut self) -> Option<Vec<Ray<D, S::Place>>> {
         loop {
             let rays = (0..FIRST_RAYS).map(|i| {
@@ -169,7 +181,8 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
         }
     }
 
-    /// Finds the arrivals between two rays. `trusted` says that cubics were right on a gap twice as wide.
+    /// Finds the arrivals between two rays. `trusted` says that cubics were right on a gap twice as
+    /// wide.
     fn between(&mut self, a: &Ray<D, S::Place>, b: &Ray<D, S::Place>, trusted: bool) {
         let turn = b.angle - a.angle;
         if !(a.complete && b.complete) {
@@ -191,6 +204,8 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
             .filter(|(side, other)| possible(side, other.as_ref(), turn))
             .collect();
         let target = &self.aim.target.point;
+        // A gap is resolved where nothing can arrive in it, or where each pair of passes has at
+        // most one arrival between them.
         let whole = wanted.iter().all(|(_, other)| other.is_some());
         let resolved = if wanted.is_empty() {
             a.clears(target, turn) && b.clears(target, turn)
@@ -238,14 +253,15 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
         self.between(&middle, b, right);
     }
 
-    /// Notes that rays between two arrive, with J > 0: the target goes over from their side to the other as they turn there.
+    /// Notes that rays between two others arrive with J > 0: as the rays turn to their side, the
+    /// target goes over to their other side.
     fn bracket(&mut self, a: Side, b: Side) {
         if a.miss > 0.0 && b.miss <= 0.0 && (a.minimal || b.minimal) {
             self.brackets.push([a, b]);
         }
     }
 
-    /// The ray at an angle up to its pass near a length.
+    /// The ray at an angle, with its pass near a length.
     fn shot(&self, angle: f64, length: f64) -> Option<Arrival<D, S::Place>> {
         let tolerance = (0.1 * self.tolerance).max(LEAST_TOLERANCE);
         let until = length + TOGETHER * self.aim.scale;
@@ -254,8 +270,8 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
         Some(Arrival { ray, pass })
     }
 
-    /// Where rays arrive in a bracket: Newton's method by the Jacobi field, halving where that does not help. `None` where a
-    /// ray gets lost.
+    /// The arrival of rays in a bracket, by Newton's method with the Jacobi field, and halving
+    /// where that does not help. `None` where a ray gets lost.
     fn arrive(&self, bracket: &[Side; 2]) -> Option<Arrival<D, S::Place>> {
         let [mut low, mut high] = *bracket;
         let share = roots(&low, &high).first().copied().unwrap_or(0.5);
@@ -290,7 +306,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
     }
 }
 
-/// How a ray passes.
+/// How a ray at an angle passes the target.
 fn side<const D: usize, P>(angle: f64, pass: &Pass<D, P>) -> Side {
     Side {
         angle,
@@ -302,8 +318,8 @@ fn side<const D: usize, P>(angle: f64, pass: &Pass<D, P>) -> Side {
     }
 }
 
-/// About how long the arrival in a bracket is, and how much that may be off: the length to where the target is abreast changes
-/// by the miss times J' as the ray turns.
+/// An estimate of the length of the arrival in a bracket, and how much it may be off. As the ray
+/// turns, the length at which the target is abreast changes by the miss times J'.
 fn about([a, b]: &[Side; 2]) -> [f64; 2] {
     let share = a.miss / (a.miss - b.miss);
     let turn = b.angle - a.angle;
@@ -313,7 +329,7 @@ fn about([a, b]: &[Side; 2]) -> [f64; 2] {
     [0.5 * (first + last), 0.5 * (first - last).abs() + spread]
 }
 
-/// The pass of a neighbouring ray that belongs to one.
+/// The pass of a neighbouring ray that belongs to a pass.
 fn partner(side: &Side, others: &[Side], turn: f64) -> Option<Side> {
     let off = |other: &&Side| (other.length - side.length).abs();
     let nearest = others.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
@@ -323,7 +339,7 @@ fn partner(side: &Side, others: &[Side], turn: f64) -> Option<Side> {
     (off(&nearest) <= slack).then_some(*nearest)
 }
 
-/// A geodesic without a conjugate point may arrive beside a ray that passes.
+/// Whether a geodesic without a conjugate point may arrive beside a ray that passes.
 fn possible(side: &Side, other: Option<&Side>, turn: f64) -> bool {
     let Some(other) = other else {
         return side.minimal && side.miss.abs() <= POSSIBLE * turn * side.jacobi.abs();
@@ -336,8 +352,8 @@ fn possible(side: &Side, other: Option<&Side>, turn: f64) -> bool {
         || side.miss.abs().min(other.miss.abs()) <= POSSIBLE * spread
 }
 
-/// The cubic's value at a share of the gap, its ends' values and slopes those of the misses; a ray turned to its side misses
-/// by J less.
+/// The value of the cubic at a share of the gap. At the ends it has the values and slopes of the
+/// misses; a ray that is turned to its side misses by J less.
 fn cubic(a: &Side, b: &Side, s: f64) -> f64 {
     let turn = b.angle - a.angle;
     let (da, db) = (-a.jacobi * turn, -b.jacobi * turn);
@@ -346,12 +362,12 @@ fn cubic(a: &Side, b: &Side, s: f64) -> f64 {
         - db * s * s * r
 }
 
-/// The cubic's value halfway, and the mean length.
+/// The value of the cubic halfway, and the mean length.
 fn halfway(a: &Side, b: &Side) -> [f64; 2] {
     [cubic(a, b, 0.5), 0.5 * (a.length + b.length)]
 }
 
-/// Shares of the gap where the cubic changes sign.
+/// The shares of the gap at which the cubic changes sign.
 fn roots(a: &Side, b: &Side) -> Vec<f64> {
     const PARTS: usize = 16;
     let at = |i: usize| i as f64 / PARTS as f64;

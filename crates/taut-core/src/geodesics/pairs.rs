@@ -1,4 +1,4 @@
-//! Many pairs at a time, and what a guess is worth before it is corrected.
+//! Paths for many pairs of nodes at a time, and the first guess of a pair before it is corrected.
 
 use crate::correction::Settings;
 use crate::geodesics::{DETOUR_ROUND, GUESSES, Geodesics, Sought};
@@ -11,21 +11,23 @@ use crate::surface::{Geometry, Node};
 /// A first guess: a curve on the surface through nodes of the graph.
 #[derive(Clone, Debug)]
 pub struct Guess<const D: usize, P> {
-    /// From end to end.
+    /// The nodes of the guess, from end to end.
     pub nodes: Vec<Node<D, P>>,
-    /// Length of the curve on the surface over the chords between them, which no geodesic exceeds.
+    /// Length, in the input's units, of the curve on the surface over the chords between the nodes;
+    /// no geodesic is longer.
     pub length: f64,
 }
 
-/// Pieces that a chord is cut into to measure the curve over it.
+/// Number of pieces that a chord is cut into to measure the curve over it.
 const PIECES: usize = 16;
-/// Nodes looked at together for those near a route.
+/// Number of nodes that are looked at together when those near a route are searched for.
 const BLOCK: usize = 16;
-/// How much longer the way along the graph may be than the geodesic, less the steps onto it.
+/// Most that the way along the graph, less the steps onto it, may be longer than the geodesic, as a
+/// factor.
 const STRETCH: f32 = 1.25;
 
 impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
-    /// The shortest way along the graph, `None` where there is none.
+    /// The shortest way along the graph; `None` where there is none.
     #[must_use]
     pub fn guess(
         &self,
@@ -44,8 +46,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         Some(Guess { nodes, length })
     }
 
-    /// What `keep` makes of the shortest geodesic found from one node to each of others, in their order.
-    /// Independent of each other and in parallel.
+    /// What `keep` makes of the shortest geodesic found from one node to each of the others, in
+    /// their order. The paths are independent of each other and found in parallel.
     pub fn from_one<T: Send>(
         &self,
         from: &Node<D, S::Place>,
@@ -59,8 +61,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// What `keep` makes of the shortest geodesic found between any two of n nodes: for i < j, pair
     /// (i, j) comes after all (i', j) with i' < i and all (., j') with j' < j. In parallel.
     ///
-    /// n spreads of distances over the whole graph, each kept in 8 bytes a node of it, and then
-    /// n (n - 1) / 2 corrections as in [`path`](Self::path). [`origin`](Self::origin) and
+    /// This takes n spreads of distances over the whole graph, each kept in 8 bytes a node of it,
+    /// and then n (n - 1) / 2 corrections as in [`path`](Self::path). [`origin`](Self::origin) and
     /// [`path_between`](Self::path_between) do the same for any part of the pairs.
     pub fn all_pairs<T: Send>(
         &self,
@@ -79,8 +81,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         })
     }
 
-    /// Spreads the distances along the graph from a node, for paths to many others. About O(n) in the nodes of
-    /// the graph, of which each takes 8 bytes.
+    /// Spreads the distances along the graph from a node, for paths to many others. It takes about
+    /// O(n) in the nodes of the graph, and 8 bytes for each of them.
     #[must_use]
     pub fn origin(&self, node: &Node<D, S::Place>) -> Origin<D, S::Place> {
         let entrances = self.entrances(node);
@@ -111,6 +113,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             return path;
         }
         let longest = DETOUR * from.distance(to);
+        // What the graph does not join may still be connected where the surface was not sampled.
         if longest == f32::INFINITY {
             let [start, end] = [from, to].map(|origin| origin.entrances.first().map(|e| e.0));
             if self.is_unknown(start, end) {
@@ -144,11 +147,12 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         paths.into_iter().next().unwrap_or_else(Path::none)
     }
 
-    /// Which of the nodes may be within a geodesic distance from one, in the input's units, in ascending order: all that
-    /// are, and few others. None is left out unless the way along the graph, less the steps onto it, is longer
-    /// than 1.25 times the geodesic.
+    /// The indices, ascending, of the nodes that may be within a geodesic distance from a node, in
+    /// the input's units. They are all that are within it, and few others. No node is left out
+    /// unless the way along the graph, less the steps onto it, is longer than 1.25 times the
+    /// geodesic.
     ///
-    /// O(n) in the number of nodes and in that of the graph's nodes within the distance.
+    /// O(n) in the number of nodes and in the number of the graph's nodes within the distance.
     #[must_use]
     pub fn maybe_within(
         &self,
@@ -166,7 +170,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         let mut workspace = self.take_workspace();
         let found = &mut workspace.search.forward;
         found.clear();
-        // From the last node of the way on it is one step more.
+        // From the last node of the way along the graph there is one more step.
         let most = along_graph + first;
         found.search(&self.graph, &start, |_| 0.0, |_, _| most);
         let near = |node: &Node<D, S::Place>| {
@@ -188,20 +192,21 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
 #[derive(Clone, Debug)]
 pub struct Origin<const D: usize, P> {
     node: Node<D, P>,
+    /// Distance of each node of the graph along it, in the input's units.
     entrances: Vec<(u32, f32)>,
     lengths: Vec<f32>,
-    /// The node before on the shortest way.
+    /// For each node of the graph, the node before it on the shortest way.
     previous: Vec<u32>,
 }
 
 impl<const D: usize, P> Origin<D, P> {
-    /// The nodes on routes at most so long.
+    /// The graph nodes on routes to another origin that are at most `longest`.
     fn between(&self, other: &Self, longest: f32) -> Vec<u32> {
         let mut near = Vec::new();
         let blocks = self.lengths.chunks(BLOCK).zip(other.lengths.chunks(BLOCK));
         for (first, (from, to)) in (0_u32..).step_by(BLOCK).zip(blocks) {
             let within = || from.iter().zip(to).map(|(a, b)| a + b <= longest);
-            // Most blocks hold none, which is found out without a branch a node.
+            // Most blocks hold no such node, and this is found out without a branch for each node.
             if within().fold(false, |any, near| any | near) {
                 near.extend(
                     (first..)
@@ -213,7 +218,7 @@ impl<const D: usize, P> Origin<D, P> {
         near
     }
 
-    /// Distance along the graph, infinite where there is none.
+    /// Distance to another origin along the graph; infinite where there is no way.
     fn distance(&self, other: &Self) -> f32 {
         let ways = other.entrances.iter();
         ways.map(|(node, length)| self.lengths[*node as usize] + length)
@@ -221,7 +226,7 @@ impl<const D: usize, P> Origin<D, P> {
     }
 }
 
-/// Length of the curve of feet of a chord: chord sums, extrapolated by Romberg's scheme.
+/// Length of the curve of feet over a chord: sums of chords, extrapolated by Romberg's scheme.
 fn over_chord<const D: usize, S: Guide<D>>(
     surface: &S,
     from: &Node<D, S::Place>,

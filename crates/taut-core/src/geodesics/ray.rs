@@ -1,79 +1,90 @@
-//! A geodesic shot from a point of a two-dimensional surface, with its Jacobi field, and how it passes a target.
+//! A geodesic shot from a point of a two-dimensional surface, with its Jacobi field, and how it
+//! passes a target.
 //!
-//! x'' = II(x', x') and J'' = -K J, to a tolerance that tells apart ways to nearly conjugate points.
+//! x'' = II(x', x') and J'' = -K J are integrated to a tolerance that tells apart ways to nearly
+//! conjugate points.
 
 use crate::Vector;
 use crate::geodesics::runge_kutta::{FIFTH, STAGES, THIRD};
 use crate::surface::{Geometry, Node, Surface};
 
-/// A place on a ray.
+/// A place on a ray, with the geometry and the Jacobi field there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot<const D: usize, P> {
-    /// From the source.
+    /// Length of the ray from the source, in the input's units.
     pub length: f64,
     pub point: Vector<D>,
-    /// Unit tangents, along the ray and to its side, the same side all along.
+    /// The unit tangent along the ray.
     pub ahead: Vector<D>,
+    /// The unit tangent at a right angle to the ray, to the same side all along.
     pub side: Vector<D>,
-    /// II(x', x').
+    /// The normal curvature vector II(x', x') of the ray.
     pub bend: Vector<D>,
-    /// A bound of the normal curvatures.
+    /// A bound of the normal curvatures of the surface here.
     pub curvature: f64,
+    /// The Gauss curvature here.
     gauss: f64,
-    /// J and J', 0 and 1 at the source.
+    /// The Jacobi field J and its derivative J'; at the source they are 0 and 1.
     pub jacobi: [f64; 2],
     pub place: P,
 }
 
-/// Where a ray is nearest to the target.
+/// The place where a ray is nearest to the target.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pass<const D: usize, P> {
     pub knot: Knot<D, P>,
-    /// How far the target lies to the side.
+    /// How far the target lies to the side of the ray, in the input's units, with a sign.
     pub miss: f64,
-    /// The ray has no conjugate point before.
+    /// Whether the ray has no conjugate point before this place.
     pub minimal: bool,
 }
 
 /// A ray with the places where it passes the target.
 #[derive(Clone, Debug)]
 pub(crate) struct Ray<const D: usize, P> {
+    /// The angle at which the ray leaves its source, in radians.
     pub angle: f64,
     pub knots: Vec<Knot<D, P>>,
     pub passes: Vec<Pass<D, P>>,
-    /// Length at the first conjugate point, infinite where there is none.
+    /// Length at the first conjugate point; infinite where there is none.
     pub conjugate: f64,
-    /// It was followed to its full length.
+    /// Whether the ray was followed to its full length.
     pub complete: bool,
 }
 
-/// What rays are shot at.
+/// The target that rays are shot at.
 pub(crate) struct Aim<'a, const D: usize, S: Surface<D>> {
     pub surface: &'a S,
     pub target: Node<D, S::Place>,
-    /// The size of the problem, that of the shortest path known: errors are relative to it.
+    /// The size of the problem, which is the length of the shortest path known: errors are relative
+    /// to it.
     pub scale: f64,
 }
 
-/// A step is at most so many radii of curvature long, and so many charts' radii.
+/// Longest step, in radii of curvature.
 const LONGEST_STEP: f64 = 0.6;
+/// Longest step, in radii of charts.
 const CHARTS: f64 = 8.0;
-/// A ray ends where steps must be shorter than this share of the longest.
+/// Shortest step, as a share of the longest: a ray ends where steps must be shorter.
 const SHORTEST_STEP: f64 = 1e-4;
+/// Most steps of one ray, tried ones included.
 const MOST_STEPS: usize = 5_000;
-/// A ray passes the target within this many radii of curvature.
+/// Largest distance of the target from a ray that passes it, in radii of curvature.
 const NEAR: f64 = 0.5;
-/// Weight of the Jacobi field's error.
+/// Weight of the error of the Jacobi field in the error of a step.
 const SPREADING: f64 = 0.1;
-/// Relative distance along the ray, to the scale, at which a pass is found: the miss changes by its square.
+/// Distance along the ray, as a share of the scale, at which a pass is found: the miss changes by
+/// its square only.
 const FOUND: f64 = 1e-13;
+/// Most tries to find a pass.
 const MOST_TRIES: usize = 8;
-/// A conjugate point this near to a pass, relative, may lie behind it.
+/// Relative distance from a pass at which a conjugate point may lie behind the pass.
 const AT_CONJUGATE: f64 = 1e-3;
-/// Errors of the surface's height, in shares of a chart's radius, below which it is useless to go.
+/// Relative error of steps below which it is useless to go, per unit of the surface's height error
+/// over a chart's radius.
 const ROUGH: f64 = 1.0;
 
-/// Position, velocity, J and J'.
+/// The state that is integrated: position, velocity, J and J'.
 #[derive(Clone, Copy)]
 pub(crate) struct State<const D: usize> {
     pub x: Vector<D>,
@@ -82,7 +93,7 @@ pub(crate) struct State<const D: usize> {
 }
 
 impl<const D: usize> State<D> {
-    /// The state moved by a step along slopes with weights.
+    /// The state moved by a step along the weighted sum of slopes.
     pub fn moved(&self, step: f64, slopes: &[Self], weights: &[f64]) -> Self {
         let mut moved = *self;
         for (slope, weight) in slopes.iter().zip(weights) {
@@ -97,7 +108,7 @@ impl<const D: usize> State<D> {
 }
 
 impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
-    /// Relative errors below which it is useless to go, by the surface's own error at both ends.
+    /// Relative error below which it is useless to go, by the surface's own error at both ends.
     pub fn roughness(&self, from: &Node<D, S::Place>) -> f64 {
         let at = |place: S::Place| {
             let resolution = self.surface.resolution(place);
@@ -110,7 +121,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         at(from.place).max(at(self.target.place))
     }
 
-    /// The geometry near the surface, `place` brought up to date.
+    /// Takes the geometry at a point near the surface; `place` is brought up to date.
     fn geometry_at(
         &self,
         x: &Vector<D>,
@@ -123,7 +134,8 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         known.then_some(())
     }
 
-    /// The start of the ray that leaves a point at an angle from its first tangent to its second.
+    /// The start of the ray that leaves a point at an angle, counted from its first tangent to its
+    /// second.
     fn start(
         &self,
         from: &Node<D, S::Place>,
@@ -146,7 +158,8 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         ))
     }
 
-    /// The ray that leaves a point at an angle, up to a length; `None` where the point has no tangent plane.
+    /// The ray that leaves a point at an angle, up to a length; `None` where the point has no
+    /// tangent plane.
     pub fn shoot(
         &self,
         from: &Node<D, S::Place>,
@@ -176,6 +189,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
                 most = most.min(CHARTS * resolution);
                 allowed = allowed.max(ROUGH * self.surface.height_error(last.place) / resolution);
             }
+            // The last step ends just beyond the length asked for, so that the loop ends there.
             step = step.min(most).min(longest - last.length + 1e-9 * longest);
             let Some((next, error)) = self.advance(&last, step, &mut geometry) else {
                 step *= 0.5;
@@ -210,7 +224,8 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         Some(ray)
     }
 
-    /// The nodes at ascending lengths on a ray, by steps from the knots before them; `None` where one gets lost.
+    /// The nodes at ascending lengths on a ray, each by a step from the knot before it; `None`
+    /// where a step gets lost.
     pub fn nodes_at(
         &self,
         ray: &Ray<D, S::Place>,
@@ -232,7 +247,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         lengths.map(node_at).collect()
     }
 
-    /// A step with its estimated error; `None` where it leaves what is known of the surface.
+    /// One step with its estimated error; `None` where it leaves what is known of the surface.
     fn advance(
         &self,
         from: &Knot<D, S::Place>,
@@ -267,6 +282,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             let end = start.moved(step, &slopes, weights);
             (end.x - start.x).norm() + SPREADING * (end.j[0] - start.j[0]).abs()
         };
+        // The error estimate combines both embedded formulae, as the code DOP853 does.
         let (fifth, third) = (error_by(&FIFTH), error_by(&THIRD));
         let error = if fifth > 0.0 {
             fifth * fifth / fifth.hypot(0.1 * third)
@@ -292,7 +308,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         Some((next, error))
     }
 
-    /// Notes where a step passes the target, if it does.
+    /// Notes the place where a step passes the target, if it does.
     fn pass(
         &self,
         [from, to]: [&Knot<D, S::Place>; 2],
@@ -312,6 +328,8 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         let whole = to.length - from.length;
         let mut step = whole * before / (before - after);
         let mut at = *to;
+        // Newton's method along the ray: a place is abreast of the target where no way is left
+        // ahead.
         for _ in 0..MOST_TRIES {
             let Some((there, _)) = self.advance(from, step.clamp(0.0, 1.1 * whole), geometry)
             else {
@@ -339,7 +357,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
     }
 }
 
-/// A knot with what the geometry says.
+/// A knot with what the geometry tells.
 fn knot<const D: usize, P>(
     length: f64,
     point: Vector<D>,
@@ -363,7 +381,7 @@ fn knot<const D: usize, P>(
     }
 }
 
-/// The Gauss curvature.
+/// The Gauss curvature, from the second fundamental form.
 fn gauss<const D: usize>(bends: &[Vector<D>; 3]) -> f64 {
     bends[0].dot(&bends[2]) - bends[1].norm_squared()
 }
@@ -375,8 +393,9 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         self.passes.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// No ray within half of `turn`, in radians, to either side comes to the target before a conjugate point, but where this
-    /// one passes it: rays beside run J times their angle apart.
+    /// Whether no ray within half of `turn`, in radians, to either side comes to the target before
+    /// a conjugate point, except where this ray passes it. Neighbouring rays run J times their
+    /// angle apart.
     pub fn clears(&self, target: &Vector<D>, turn: f64) -> bool {
         self.knots.windows(2).all(|pair| {
             let [a, b] = pair else { return true };

@@ -1,7 +1,9 @@
-//! The Runge-Kutta method of order 8 with embedded formulae of orders 5 and 3 of Hairer, Norsett and Wanner, "Solving Ordinary
-//! Differential Equations I" (1993), section II.10: coefficients of their code DOP853.
+//! The Runge-Kutta method of order 8 with embedded formulae of orders 5 and 3 of Hairer, Norsett
+//! and Wanner, "Solving Ordinary Differential Equations I" (1993), section II.10; the coefficients
+//! are those of their code DOP853.
 
-/// Stages from the second on, the last one the step's end: the weights of the slopes before.
+/// The weights of the slopes before each stage, from the second stage on; the last stage is the
+/// step's end.
 pub(crate) const STAGES: [[f64; 12]; 12] = [
     [
         0.05260015195876773,
@@ -172,7 +174,7 @@ pub(crate) const STAGES: [[f64; 12]; 12] = [
         0.04471061572777259,
     ],
 ];
-/// The eighth order's weights less those of an embedded formula of order 5.
+/// The weights of the eighth-order result less those of an embedded formula of order 5.
 pub(crate) const FIFTH: [f64; 12] = [
     0.01312004499419488,
     0.0,
@@ -187,7 +189,7 @@ pub(crate) const FIFTH: [f64; 12] = [
     0.08192320648511571,
     -0.022355307863886294,
 ];
-/// The eighth order's weights less those of an embedded formula of order 3.
+/// The weights of the eighth-order result less those of an embedded formula of order 3.
 pub(crate) const THIRD: [f64; 12] = [
     -0.18980075407240762,
     0.0,

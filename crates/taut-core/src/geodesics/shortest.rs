@@ -1,5 +1,6 @@
-//! The shortest geodesic where the ends are nearly conjugate: there guesses on a graph cannot tell ways apart that differ by
-//! little, and the shortest is found among all that rays find.
+//! The shortest geodesic where the ends are nearly conjugate. There guesses on a graph cannot tell
+//! apart ways that differ by little, and the shortest is found among all the geodesics that rays
+//! find.
 
 use crate::correction::newton::Solver;
 use crate::correction::{self, Scheme, Settings, Straight, shares};
@@ -8,25 +9,33 @@ use crate::geodesics::ray::Aim;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
-/// Ends are nearly conjugate where rays from one have come together at the other to this share of how far they ran apart: on
-/// equations, whose samples are few, and on clouds, whose graphs tell more ways apart.
+/// Spread of rays from one end at the other, as a share of how far they ran apart, below which the
+/// ends are nearly conjugate, on equations, whose samples are few.
 const CONJUGATE: f64 = 0.3;
+/// Spread of rays from one end at the other, as a share of how far they ran apart, below which the
+/// ends are nearly conjugate, on clouds, whose graphs tell more ways apart.
 const CONJUGATE_ON_CLOUDS: f64 = 0.07;
-/// Rays are followed so much farther than the shortest path known.
+/// Length to which rays are followed, as a multiple of that of the shortest path known.
 const LONGER: f64 = 1.03;
-/// Arrivals that by shooting are longer than the shortest by less than this share are pulled taut.
+/// Share of the shortest length by which other arrivals may be longer, by shooting, to be pulled
+/// taut as well. It is also how well lengths must agree for a path to be proven shortest.
 const CLOSE: f64 = 1e-5;
-/// An arrival turns by so much on an element, in radians.
+/// Turning of an arrival per element, in radians.
 const TURNING: f64 = 1.6;
-/// A path pulled taut has not moved farther halfway, in shares of its length.
+/// Farthest that the middle of an arrival may move when it is pulled taut, as a share of its
+/// length, for it to be the same geodesic.
 const SAME_PLACE: f64 = 0.01;
+/// Most arrivals that are pulled taut.
 const MOST_PULLED: usize = 8;
-/// Errors of rays, relative, by the surface's own error, from which on they tell nothing.
+/// Relative error of rays, because of the surface's own error, above which they tell nothing.
 const MOST_ROUGH: f64 = 1e-4;
+/// Most rays of a sweep for nearly conjugate ends.
 const MOST_RAYS: usize = 192;
+/// Most rays of a sweep that is asked to prove that a path is the shortest.
 const MOST_RAYS_OF_PROOF: usize = 4096;
 
-/// Whether a path between nodes whose rays come together to a share `spread` has nearly conjugate ends.
+/// Whether the ends of a path are nearly conjugate, where rays along it come together to a share
+/// `spread` of how far they ran apart.
 pub(crate) fn nearly_conjugate<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
@@ -41,13 +50,15 @@ pub(crate) fn nearly_conjugate<const D: usize, S: Surface<D>>(
     spread < most
 }
 
-/// Paths between two nodes, and what rays know of them.
+/// Paths between two nodes, and what rays know about them.
 #[derive(Clone, Debug)]
 pub(crate) struct Found<const D: usize> {
     pub paths: Vec<Path<D>>,
-    /// Geodesics found by rays that could not be pulled taut to the tolerance: of these the length is known.
+    /// Geodesics found by rays that could not be pulled taut to the tolerance, so that only their
+    /// length is known.
     unsure: Vec<Path<D>>,
-    /// Length of the shortest arrival of rays that missed none; not a number where they may have.
+    /// Length of the shortest arrival, where rays missed none; not a number where they may have
+    /// missed some.
     shortest: f64,
 }
 
@@ -62,7 +73,7 @@ impl<const D: usize> Default for Found<D> {
 }
 
 impl<const D: usize> Found<D> {
-    /// Adds paths other than those known.
+    /// Adds the paths that differ from those known.
     pub fn merge(&mut self, paths: Vec<Path<D>>) {
         for path in paths {
             if !self.paths.iter().any(|other| other.is_same(&path)) {
@@ -71,7 +82,7 @@ impl<const D: usize> Found<D> {
         }
     }
 
-    /// The shortest path converged, and rays found no shorter one and missed none.
+    /// Whether the shortest path converged, and rays found no shorter one and missed none.
     pub fn proves_shortest(&self) -> bool {
         let best = self.paths.iter().filter(|path| path.converged());
         let best = best.map(|path| path.length).fold(f64::INFINITY, f64::min);
@@ -98,8 +109,9 @@ impl<const D: usize> Found<D> {
         self.merge(found.paths);
     }
 
-    /// The paths, the best one first, then by their lengths: what converged before what did not, and what left the surface
-    /// last. A geodesic that did not converge but is shorter than all that did shows that none of them is the shortest.
+    /// The paths, the best one first. The order is by status (converged paths first, and those that
+    /// left the surface last) and then by length. A geodesic that did not converge but is shorter
+    /// than all that did comes first, because it shows that none of them is the shortest.
     pub fn best_first(mut self) -> Vec<Path<D>> {
         let proven = self.proves_shortest();
         let order = |a: &Path<D>, b: &Path<D>| {
@@ -121,7 +133,8 @@ impl<const D: usize> Found<D> {
     }
 }
 
-/// A path that converged is trusted before one that did not, and one that left the surface last.
+/// The rank of a path by its status: a path that converged is trusted before one that did not, and
+/// one that left the surface last.
 fn distrust<const D: usize>(path: &Path<D>) -> u8 {
     match path.status {
         Status::Converged => 0,
@@ -130,8 +143,9 @@ fn distrust<const D: usize>(path: &Path<D>) -> u8 {
     }
 }
 
-/// The geodesics that rays find between the ends of a guess, up to a length that is known; nothing where rays say nothing: on
-/// surfaces of other dimensions and on rough ones.
+/// The geodesics between the ends of a guess that rays find, up to a little more than a known
+/// length. There are none where rays tell nothing: on surfaces of other dimensions than 2, and on
+/// rough ones.
 pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
     surface: &S,
     guess: &[Node<D, S::Place>],
@@ -153,6 +167,8 @@ pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
     if aim.roughness(from) > MOST_ROUGH {
         return found;
     }
+    // What arrives almost as soon as the first is pulled taut too: shooting tells lengths only so
+    // well.
     let most_rays = if settings.prove_shortest {
         MOST_RAYS_OF_PROOF
     } else {
@@ -175,7 +191,7 @@ pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
         let halfway = straight.taut.halfway();
         let path = correction::tighten(surface, straight, settings, solver);
         let moved = (path.halfway() - halfway).norm();
-        // Else it is another geodesic than the one that arrived.
+        // If the path has moved, it is another geodesic than the one that arrived.
         pulled &= moved <= SAME_PLACE * path.length;
         if path.converged() {
             found.merge(vec![path]);

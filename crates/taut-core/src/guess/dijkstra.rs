@@ -1,6 +1,6 @@
-//! Continuous Dijkstra over cells, Algorithm 2: distances spread outwards from the source's cell, the
-//! shortest edge to the visited set first. With lower bounds of what is left to a goal added (A*),
-//! only the nodes of routes near the shortest are visited.
+//! Continuous Dijkstra over cells, Algorithm 2: distances spread outwards from the source's cell,
+//! the shortest edge to the visited set first. With lower bounds of what is left to a goal added
+//! (A*), only the nodes of routes near the shortest are visited.
 
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::{Goal, Landmarks};
@@ -9,7 +9,7 @@ use crate::guess::queue::Queue;
 /// Width of a bucket of the queue, in mean edges.
 const BUCKET: f32 = 0.25;
 
-/// No node.
+/// The index that stands for no node.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Distances from a source along the graph; the memory is kept between searches.
@@ -20,10 +20,11 @@ pub(crate) struct Distances {
     queue: Queue,
 }
 
+/// What is known of a node during a search.
 #[derive(Clone, Copy, Debug)]
 struct Label {
     distance: f32,
-    /// Lower bound of the distance left.
+    /// A lower bound of the distance left to the goal.
     left: f32,
     /// The distance that the neighbours know.
     spread: f32,
@@ -46,12 +47,13 @@ impl Distances {
         }
     }
 
-    /// Distance of a node, infinite where unreached.
+    /// Distance of a node; infinite where it is unreached.
     pub fn distance(&self, node: u32) -> f32 {
         self.labels[node as usize].distance
     }
 
-    /// The node before on the shortest way, [`NONE`] for those entered from the source itself.
+    /// The node before a node on the shortest way; [`NONE`] for nodes that were entered from the
+    /// source itself.
     pub fn previous(&self, node: u32) -> u32 {
         self.labels[node as usize].previous
     }
@@ -67,12 +69,13 @@ impl Distances {
         }
     }
 
-    /// Spreads from a source that reaches each entrance over the given length, nodes about in the order
-    /// of their distance plus `left`, which never overestimates what is left to the goal. `longest`
-    /// hears of each node with a distance, and says how long a whole route may be from now on.
+    /// Spreads distances from a source that reaches each entrance over the given length. Nodes are
+    /// visited about in the order of their distance plus `left`, which never overestimates what is
+    /// left to the goal. `longest` is told each node with its distance, and says how long a whole
+    /// route may be from then on.
     ///
-    /// Distances are right where they and what is left keep below that, and else not too short. About
-    /// O(n) in the nodes visited.
+    /// Distances are right where they and what is left stay below that length, and elsewhere not
+    /// too short. About O(n) in the nodes visited.
     pub fn search<const D: usize, P: Copy>(
         &mut self,
         graph: &Graph<D, P>,
@@ -130,9 +133,9 @@ impl Distances {
 /// Distances from both ends of a query.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
-    /// From the start.
+    /// The distances from the start.
     pub forward: Distances,
-    /// From the end.
+    /// The distances from the end.
     pub backward: Distances,
     /// The start from which `forward` knows the distances of all nodes; empty where it does not.
     whole_from: Vec<(u32, f32)>,
@@ -147,8 +150,8 @@ impl Search {
         }
     }
 
-    /// Distances of all nodes on routes at most `detour` times as long as the shortest, which is
-    /// returned: infinite where there is none.
+    /// Finds the distances of all nodes on routes at most `detour` times as long as the shortest.
+    /// Returns the length of the shortest route; infinite where there is none.
     pub fn both_ways<const D: usize, P: Copy>(
         &mut self,
         graph: &Graph<D, P>,
@@ -172,8 +175,9 @@ impl Search {
         shortest
     }
 
-    /// As [`both_ways`](Self::both_ways), by the distances of all nodes from the start, which are kept for other ends: for one
-    /// start and many ends where no landmarks are known.
+    /// Finds the same as [`both_ways`](Self::both_ways) from the distances of all nodes from the
+    /// start, which are kept for other ends. It is meant for one start and many ends, where no
+    /// landmarks are known.
     pub fn one_to_many<const D: usize, P: Copy>(
         &mut self,
         graph: &Graph<D, P>,
@@ -193,7 +197,7 @@ impl Search {
         shortest
     }
 
-    /// Distances from the end of all nodes on routes at most `longest`.
+    /// Finds the distances from the end of all nodes on routes at most `longest`.
     fn back<const D: usize, P: Copy>(
         &mut self,
         graph: &Graph<D, P>,
@@ -215,7 +219,8 @@ mod tests {
     use crate::Vector;
     use crate::surface::Node;
 
-    /// A grid of n x n nodes of step 1 with its eight directions; column n / 2 is a wall with a gap.
+    /// A grid of n x n nodes of step 1 with its eight directions; column n / 2 is a wall with a
+    /// gap.
     fn grid(n: u32) -> Graph<2, ()> {
         let nodes = (0..n * n)
             .map(|i| Node {
@@ -241,7 +246,8 @@ mod tests {
         let graph = grid(11);
         let mut found = Distances::new(&graph);
         found.search(&graph, &[(0, 0.0)], |_| 0.0, |_, _| f32::INFINITY);
-        // Up the diagonal to the gap at (5, 10) and down again: 5 diagonal and 5 straight steps each way.
+        // The way leads up the diagonal to the gap at (5, 10) and down again: 5 diagonal and 5
+        // straight steps each way.
         let truth = 2.0 * (5.0 * 2.0_f32.sqrt() + 5.0);
         assert!((found.distance(10) - truth).abs() < 1e-4);
         let (components, sizes) = graph.components();

@@ -1,17 +1,19 @@
-//! A graph of nodes on a surface, edges weighted by their length.
+//! A graph of nodes on a surface, whose edges are weighted by their length.
 
 use crate::surface::Node;
 
-/// Nodes on a surface and the edges between those a straight step apart.
+/// Nodes on a surface, and edges between those that are a straight step apart.
 #[derive(Clone, Debug)]
 pub struct Graph<const D: usize, P> {
     /// The nodes.
     pub(crate) nodes: Vec<Node<D, P>>,
+    /// Where the edges of each node begin in `edges`; one entry more than there are nodes.
     starts: Vec<u32>,
+    /// The edges of all nodes, one node after the other.
     edges: Vec<Edge>,
 }
 
-/// An edge to a node and its length.
+/// An edge to a node, with its length in the input's units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub to: u32,
@@ -19,7 +21,8 @@ pub(crate) struct Edge {
 }
 
 impl<const D: usize, P: Copy> Graph<D, P> {
-    /// Connects `nodes` by adjacency lists, which must be symmetric.
+    /// Connects `nodes` by adjacency lists, which must be symmetric; an edge is as long as the
+    /// distance of its ends.
     pub(crate) fn new<'a>(
         nodes: Vec<Node<D, P>>,
         neighbours: impl Iterator<Item = &'a [u32]>,
@@ -27,7 +30,8 @@ impl<const D: usize, P: Copy> Graph<D, P> {
         Self::with_lengths(nodes, neighbours, |_, _, chord| chord)
     }
 
-    /// As [`new`](Self::new), each edge as long as `length` says of its ends and the distance between them.
+    /// Connects `nodes` by adjacency lists, which must be symmetric; `length` gives the length of
+    /// an edge from its ends and the distance between them.
     pub(crate) fn with_lengths<'a>(
         nodes: Vec<Node<D, P>>,
         neighbours: impl Iterator<Item = &'a [u32]>,
@@ -52,12 +56,13 @@ impl<const D: usize, P: Copy> Graph<D, P> {
         }
     }
 
-    /// The mean length of the edges, 0 where there are none.
+    /// The mean length of the edges; 0 where there are none.
     pub(crate) fn mean_edge(&self) -> f32 {
         let sum: f32 = self.edges.iter().map(|edge| edge.length).sum();
         sum / self.edges.len().max(1) as f32
     }
 
+    /// The edges of a node.
     pub(crate) fn edges(&self, node: u32) -> &[Edge] {
         let i = node as usize;
         &self.edges[self.starts[i] as usize..self.starts[i + 1] as usize]

@@ -1,30 +1,32 @@
-//! Lower bounds of distances along a graph, from the distances to a few landmarks: by the triangle
+//! Lower bounds of distances along a graph, from the distances to a few landmarks. By the triangle
 //! inequality d(v, t) >= |d(l, t) - d(l, v)| (Goldberg, Harrelson, "Computing the Shortest Path: A*
 //! Search Meets Graph Theory", SODA 2005).
 
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 
-/// Landmarks of a graph: a node's distances from all of them fill a cache line.
+/// Number of landmarks of a graph: a node's distances from all of them fill a cache line.
 const LANDMARKS: usize = 16;
-/// Maxima taken side by side.
+/// Number of maxima that are taken side by side.
 const LANES: usize = 4;
-/// Components with less than this share of the nodes get no landmark.
+/// Components with fewer nodes than the number of all nodes divided by this get no landmark.
 const SMALLEST_SHARE: usize = 16;
 
-/// Distances of every node from each landmark, 0 where it is unreachable or there are fewer.
+/// Distances of every node from each landmark; 0 where the landmark is unreachable or there are
+/// fewer landmarks.
 #[derive(Clone, Debug)]
 pub(crate) struct Landmarks {
     distances: Vec<[f32; LANDMARKS]>,
 }
 
-/// Lower bounds of the distance to one goal, a point joined to some nodes.
+/// Lower bounds of the distance to one goal, a point that is joined to some nodes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal<'a> {
     landmarks: &'a Landmarks,
-    /// Distance of the goal from each landmark: the least over its entrances, ...
+    /// Distance of the goal from each landmark: the least over the goal's entrances.
     least: [f32; LANDMARKS],
-    /// ... and the most that an entrance's distance exceeds its own from the goal.
+    /// The most, over the goal's entrances, by which the distance of an entrance from a landmark
+    /// exceeds its distance from the goal.
     most: [f32; LANDMARKS],
 }
 
@@ -49,7 +51,7 @@ impl Landmarks {
             .collect();
         let mut found = Distances::new(graph);
         let everywhere = |_, _| f32::INFINITY;
-        // The first search starts anywhere: the farthest node from there is the first landmark.
+        // The first search may start anywhere: the farthest node from there is the first landmark.
         let mut next = candidates.first().map(|candidate| candidate.0);
         for column in 0..=LANDMARKS {
             let Some(landmark) = next else {
@@ -63,7 +65,8 @@ impl Landmarks {
                 }
             }
             for (v, nearest) in &mut candidates {
-                // Infinite where no landmark reaches yet: that comes first.
+                // The distance is infinite where no landmark reaches yet, and such a node comes
+                // first.
                 *nearest = if column < 2 {
                     found.distance(*v)
                 } else {
@@ -98,7 +101,7 @@ impl Landmarks {
 }
 
 impl Goal<'_> {
-    /// No route from the node to the goal is shorter.
+    /// A lower bound of the length of all routes from the node to the goal.
     pub fn bound(&self, node: u32) -> f32 {
         let distances = &self.landmarks.distances[node as usize];
         let mut largest = [0.0_f32; LANES];

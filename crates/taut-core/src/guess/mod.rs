@@ -1,4 +1,9 @@
 //! First guesses: paths across the surface on a graph, to be pulled taut by the correction.
+//!
+//! Points that are to be joined enter the graph at nodes near them. Distances spread along it from
+//! one end or from both (`dijkstra`), and distinct short routes are picked (`routes`). The graph
+//! joins the charts of a cloud, the samples of an equation (`sampling`), or the trajectories of
+//! particles (`particles`).
 
 pub(crate) mod dijkstra;
 pub(crate) mod graph;
@@ -15,8 +20,9 @@ pub trait Guide<const D: usize>: Surface<D> {
     /// Calls `visit` with the graph nodes that a straight step on the surface from `node` reaches.
     fn entrances(&self, node: &Node<D, Self::Place>, visit: &mut dyn FnMut(u32));
 
-    /// Ways across the surface besides those along the graph, for nodes that it joins or does not. None as a rule: a
-    /// graph that covers its surface knows them all.
+    /// Ways across the surface besides those along the graph; `_is_joined` tells whether the graph
+    /// joins the two nodes. There are none as a rule, because a graph that covers its surface knows
+    /// them all.
     fn ways(
         &self,
         _from: &Node<D, Self::Place>,
@@ -26,8 +32,9 @@ pub trait Guide<const D: usize>: Surface<D> {
         Vec::new()
     }
 
-    /// Whether nothing can connect two parts that the graph does not join, each given by a graph node, or by none where
-    /// it has none there. `false` where parts of the surface are missing from the graph.
+    /// Whether nothing can connect two parts of the surface that the graph does not join. Each part
+    /// is given by a graph node, or by `None` where the graph has no node there. `false` where
+    /// parts of the surface are missing from the graph.
     fn apart(&self, _from: Option<u32>, _to: Option<u32>) -> bool {
         true
     }

@@ -1,10 +1,10 @@
-//! A queue of nodes by length, in buckets of a few parts of an edge each.
+//! A queue of nodes by length, in buckets that are a few parts of an edge wide.
 //!
-//! Order within a bucket does not matter to a search that corrects its labels, and a push or pop takes
-//! constant time (Dial, "Algorithm 360", Communications of the ACM 12, 1969; Meyer, Sanders,
-//! "Delta-stepping", Journal of Algorithms 49, 2003).
+//! The order within a bucket does not matter to a search that corrects its labels, and a push or
+//! pop takes constant time (Dial, "Algorithm 360", Communications of the ACM 12, 1969; Meyer,
+//! Sanders, "Delta-stepping", Journal of Algorithms 49, 2003).
 
-/// Lengths farther above the origin than this many buckets share the last.
+/// Most buckets; lengths farther above the origin share the last one.
 const MOST_BUCKETS: usize = 4096;
 
 /// Nodes in buckets of equal width.
@@ -14,8 +14,9 @@ pub(crate) struct Queue {
     origin: f32,
     buckets: Vec<Vec<u32>>,
     current: usize,
-    /// Nodes taken from the current bucket, and left in all.
+    /// Number of nodes taken from the current bucket.
     taken: usize,
+    /// Number of nodes left in all buckets.
     left: usize,
 }
 
@@ -32,7 +33,7 @@ impl Queue {
         }
     }
 
-    /// Makes the queue, which is empty, ready for lengths from `origin` on.
+    /// Makes the queue, which must be empty, ready for lengths from `origin` on.
     pub fn restart(&mut self, origin: f32) {
         if let Some(bucket) = self.buckets.get_mut(self.current) {
             bucket.clear();
@@ -50,7 +51,7 @@ impl Queue {
         self.left += 1;
     }
 
-    /// A node of the first bucket that has any.
+    /// Takes a node from the first bucket that has any.
     pub fn pop(&mut self) -> Option<u32> {
         while self.left > 0 {
             let bucket = &mut self.buckets[self.current];

@@ -1,23 +1,23 @@
 //! Distinct routes between two points: the shortest on the graph, and others that could still win.
 //!
 //! The length of the shortest route through a node, d(start, v) + d(v, end), is lowest along the
-//! shortest route and rises away from it; every other valley of it marks another way round an
-//! obstacle, a handle or a bulge (via nodes: Abraham, Delling, Goldberg, Werneck, "Alternative Routes
-//! in Road Networks", SEA 2010).
+//! shortest route and rises away from it. Every other valley of it marks another way round an
+//! obstacle, a handle or a bulge (via nodes: Abraham, Delling, Goldberg, Werneck, "Alternative
+//! Routes in Road Networks", SEA 2010).
 
 use crate::guess::dijkstra::NONE;
 use crate::guess::graph::{Edge, Graph};
 
-/// A way along the graph, its nodes from start to end (the end points themselves excluded).
+/// A way along the graph: its nodes from start to end, without the end points themselves.
 #[derive(Clone, Debug)]
 pub(crate) struct Route {
     pub nodes: Vec<u32>,
 }
 
-/// Routes longer than the shortest by more than this are not looked at unless asked for: zigzags make
-/// graph distances a few per cent too long.
+/// Largest length of a route, as a multiple of the shortest, that is looked at unless longer ones
+/// are asked for: zigzags make graph distances a few per cent too long.
 pub(crate) const DETOUR: f32 = 1.1;
-/// Two routes that share more than this much of their nodes' surroundings are one.
+/// Share of their nodes' surroundings above which two routes that share it are one.
 const SHARED: f64 = 0.85;
 
 /// What is known of the ways between two points.
@@ -25,8 +25,9 @@ pub(crate) struct Ways<'a, const D: usize, P, T, B, A> {
     pub graph: &'a Graph<D, P>,
     /// Length of the shortest route through a node.
     pub through: T,
-    /// The node before a node on the shortest way from the start, and the one after it to the end; [`NONE`] at the ends.
+    /// The node before a node on the shortest way from the start; [`NONE`] at the start.
     pub before: B,
+    /// The node after a node on the shortest way to the end; [`NONE`] at the end.
     pub after: A,
 }
 
@@ -37,7 +38,8 @@ where
     B: Fn(u32) -> u32,
     A: Fn(u32) -> u32,
 {
-    /// Up to `most` distinct routes through some of the `candidates`, shortest first, at most `longest`.
+    /// Up to `most` distinct routes through some of the `candidates`, shortest first, at most
+    /// `longest`.
     pub fn routes(&self, candidates: &[u32], most: usize, longest: f32) -> Vec<Route> {
         let lengths = candidates.iter().map(|v| ((self.through)(*v), *v));
         let shorter = |a: (f32, u32), b: (f32, u32)| if b < a { b } else { a };
@@ -70,7 +72,7 @@ where
         chosen
     }
 
-    /// The route through `middle`.
+    /// The shortest route through `middle`.
     fn route(&self, middle: u32) -> Route {
         let mut nodes = Vec::new();
         let mut v = middle;
@@ -99,8 +101,8 @@ where
         }
     }
 
-    /// (length of the route through it, node) for every one of the candidates that no neighbour undercuts:
-    /// the bottoms of the valleys of the length through a node.
+    /// The bottoms of the valleys of the length through a node: the candidates that no neighbour
+    /// undercuts, each with the length of the route through it.
     fn valleys(&self, candidates: &[u32], longest: f32) -> Vec<(f32, u32)> {
         let bottom = |v: &u32| {
             let length = (self.through)(*v);

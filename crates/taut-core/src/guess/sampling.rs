@@ -1,8 +1,8 @@
 //! A coarse, even sampling of an implicit surface, grown from seeds, and its graph.
 //!
-//! Samples are joined where a walk along the surface leads from one to the other, so that layers near each other stay
-//! apart. A node remembers the point of the surface that it was at last: its next foot is one that a walk from there
-//! reaches.
+//! Samples are joined where a walk along the surface leads from one to the other, so that layers
+//! near each other stay apart. A node remembers the point of the surface where it was last; its
+//! next foot is one that a walk from there reaches.
 
 mod grow;
 mod join;
@@ -22,7 +22,7 @@ use net::Net;
 use region::Region;
 use walk::Walker;
 
-/// An implicit surface with a coarse sampling to find first guesses on.
+/// An implicit surface with a coarse sampling on which first guesses are found.
 pub struct Sampled<const D: usize, E> {
     surface: ImplicitSurface<D, E>,
     net: Net<D>,
@@ -31,23 +31,25 @@ pub struct Sampled<const D: usize, E> {
 /// How much of the components that hold the seeds was sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// All of them.
+    /// All of the components.
     Whole,
-    /// What lies within the bounds given; they go on beyond.
+    /// What lies within the bounds given; the components go on beyond.
     WithinBounds,
-    /// What lies about the seeds: they have no end as far as was looked.
+    /// What lies about the seeds; the components have no end as far as was looked.
     Endless,
-    /// A part: they have too much detail, or places that samples do not pass.
+    /// A part; the components have too much detail, or places that samples do not pass.
     Part,
 }
 
-/// How near to the foot of a point a walk toward it comes, as a share of the way.
+/// How near a walk must come to the foot of a point, as a share of the way.
 const FOOT_EXACTNESS: f64 = 1e-4;
-/// From so many dimensions on samples leave much of a surface out, and ways are walked besides.
+/// Least intrinsic dimension in which samples leave much of a surface out, so that ways are walked
+/// as well.
 const MANY_DIMENSIONS: usize = 4;
 
 impl<const D: usize, E: Equations<D>> Sampled<D, E> {
-    /// The point of the surface that `x` is pulled back to (12), and how far it moved.
+    /// The point of the surface that `x` is pulled back to (12), as a node, and the distance that
+    /// it moved.
     ///
     /// # Errors
     /// [`Error::NoFoot`] where the pull-back does not arrive.
@@ -56,7 +58,7 @@ impl<const D: usize, E: Equations<D>> Sampled<D, E> {
         Ok((node(&point), (point - x).norm()))
     }
 
-    /// The samples' points.
+    /// The points of the samples.
     #[must_use]
     pub fn samples(&self) -> Vec<Vector<D>> {
         self.net.samples.iter().map(|s| s.point).collect()
@@ -77,6 +79,7 @@ impl<const D: usize, E: Equations<D>> Sampled<D, E> {
 }
 
 impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
+    /// The point of the surface that `x` is pulled back to.
     fn point_near(&self, x: &Vector<D>) -> Result<Vector<D>, Error> {
         let mut scratch = Geometry::new(D - self.intrinsic_dimension());
         let foot = self.foot(x, &mut (), &mut scratch);
@@ -88,7 +91,7 @@ impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
 }
 
 impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
-    /// Why a point has no foot.
+    /// Why a point has no foot, in words for a message.
     fn why_no_foot(&self, x: &Vector<D>) -> &'static str {
         let count = self.equations().count();
         let (mut values, mut gradients) = (vec![0.0; count], vec![Vector::zeros(); count]);
@@ -106,10 +109,10 @@ impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
 }
 
 impl<const D: usize, E: Equations<D>> Geodesics<D, Sampled<D, E>> {
-    /// Makes an implicit surface ready for path queries: samples the components that hold the
-    /// `seeds` (pulled back onto the surface), within `bounds` (low and high corner) where given, and else all of them.
-    /// Of components without end it samples as much around the seeds as it takes to connect them;
-    /// [`Sampled::extent`] tells.
+    /// Makes an implicit surface ready for path queries. It samples the components that hold the
+    /// `seeds`, which are pulled back onto the surface: within `bounds` (low and high corner) where
+    /// given, and else all of them. Of components without end it samples as much around the seeds
+    /// as it takes to connect them; [`Sampled::extent`] tells.
     ///
     /// # Errors
     /// [`Error::NoDimensionLeft`] for D or more equations, [`Error::NoFoot`] where no seed can be
@@ -139,7 +142,7 @@ impl<const D: usize, E: Equations<D>> Geodesics<D, Sampled<D, E>> {
 }
 
 impl<const D: usize, E: Equations<D>> Surface<D> for Sampled<D, E> {
-    /// The point of the surface where the node was at last, on the sheet that it stays on.
+    /// The point of the surface where the node was last, on the sheet that it stays on.
     type Place = Vector<D>;
 
     fn intrinsic_dimension(&self) -> usize {
@@ -196,7 +199,8 @@ impl<const D: usize, E: Equations<D>> Guide<D> for Sampled<D, E> {
         ways.into_iter().map(nodes).collect()
     }
 
-    /// One of the two lies on a component that was sampled whole, and the other's is another.
+    /// Whether one of the two nodes lies on a component that was sampled whole, and the other on
+    /// another component.
     fn apart(&self, from: Option<u32>, to: Option<u32>) -> bool {
         let is_whole = |node: u32| !self.net.open[node as usize];
         from.zip(to)

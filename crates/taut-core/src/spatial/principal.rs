@@ -2,9 +2,10 @@
 
 use crate::{Matrix, Vector};
 
-/// Two axes of scatters nearer than this share of the largest have no directions of their own.
+/// Difference of the scatters along two axes, as a share of the largest scatter, below which the
+/// axes have no directions of their own.
 const DISTINCT: f64 = 1e-6;
-/// Scatter below this share of the largest is none.
+/// Scatter, as a share of the largest, below which it counts as none.
 const FLAT: f64 = 1e-12;
 
 /// Sum of the outer products of the points' offsets from their mean.
@@ -23,13 +24,14 @@ fn mean<const D: usize>(points: impl ExactSizeIterator<Item = Vector<D>>) -> Vec
     points.fold(Vector::zeros(), |sum, point| sum + point) / count
 }
 
-/// The rows are an orthonormal frame that turns with the points: their principal axes, longest last, each
-/// pointing to the side where the points reach farther. The coordinate axes where two principal axes are not
-/// distinct. O(n) for n points.
+/// An orthonormal frame, by rows, that turns with the points: their principal axes, longest last,
+/// each pointing to the side where the points reach farther. It is the coordinate axes where two
+/// principal axes are not distinct. O(n) for n points.
 pub(crate) fn axes<const D: usize>(points: &[Vector<D>]) -> Matrix<D> {
     principal_axes(points).unwrap_or_else(Matrix::identity)
 }
 
+/// The principal axes of the points; `None` where two of them are not distinct.
 fn principal_axes<const D: usize>(points: &[Vector<D>]) -> Option<Matrix<D>> {
     let (values, vectors) = eigen(&scatter(points.iter().copied()))?;
     let largest = values[D - 1];
@@ -62,7 +64,8 @@ pub(crate) fn eigen<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Ma
     ))
 }
 
-/// In space the size is known to the solver.
+/// Eigenvalues and eigenvectors of a symmetric matrix in any order. In space the size is known to
+/// the solver at compile time.
 fn in_any_order<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix<D>)> {
     if D == 3 {
         let fixed = nalgebra::Matrix3::from_column_slice(matrix.as_slice());
@@ -84,7 +87,7 @@ fn in_any_order<const D: usize>(matrix: &Matrix<D>) -> Option<(Vector<D>, Matrix
 mod tests {
     use super::*;
 
-    /// Points of a lopsided box, its sides along the given axes.
+    /// Points of a lopsided box, with its sides along the given axes.
     fn lopsided(axes: &Matrix<3>) -> Vec<Vector<3>> {
         (0..60)
             .map(|i| {

@@ -8,14 +8,16 @@ use std::ops::Range;
 use crate::spatial::principal;
 use crate::{Matrix, Vector};
 
-/// Most points of a leaf; leaves hold more than half of it.
+/// Most points of a leaf; where there are several leaves, each holds at least half of this number.
 pub(crate) const LEAF: usize = 16;
 
-/// Candidates are sorted out when there are this many times as many as wanted.
+/// Number of candidates, as a multiple of those wanted, at which they are sorted out.
 const SPARE: usize = 2;
-/// Coordinates along the axes are rounded: a point as near as the limit is not to be missed.
+/// Relative rounding of coordinates along the axes: a point as near as the limit must not be
+/// missed.
 const ROUNDING: f64 = 1e-9;
 
+/// A split of a part of the tree: the axis, and the coordinate along it at which the halves meet.
 #[derive(Clone, Copy, Debug, Default)]
 struct Split {
     axis: u32,
@@ -29,7 +31,7 @@ pub(crate) struct Tree<const D: usize> {
     pub points: Vec<Vector<D>>,
     /// For each point in leaf order, its index in the input.
     pub order: Vec<u32>,
-    /// The rows are the directions split along.
+    /// The directions that the tree is split along, by rows.
     axes: Matrix<D>,
     splits: Vec<Split>,
     levels: u32,
@@ -43,7 +45,8 @@ pub(crate) struct Neighbour {
 }
 
 impl<const D: usize> Tree<D> {
-    /// Builds the tree; O(n log n), in parallel, the same for any number of threads.
+    /// Builds the tree in O(n log n), in parallel; the result is the same for any number of
+    /// threads.
     pub fn new(points: &[Vector<D>]) -> Self {
         let mut levels = 0;
         while points.len() >> levels > LEAF || (points.len() - 1) >> levels >= LEAF {
@@ -75,7 +78,8 @@ impl<const D: usize> Tree<D> {
         starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
     }
 
-    /// The `count` points nearest to `x` (fewer if the tree holds fewer), nearest first; ties by index.
+    /// Finds the `count` points nearest to `x` (fewer if the tree holds fewer), nearest first; ties
+    /// are ordered by index.
     pub fn nearest(&self, x: &Vector<D>, count: usize, found: &mut Vec<Neighbour>) {
         found.clear();
         let mut search = Search {
@@ -92,6 +96,7 @@ impl<const D: usize> Tree<D> {
     }
 }
 
+/// Splits the entries under a node at the median of their widest axis, down to the leaves.
 fn build<const D: usize>(
     entries: &mut [(Vector<D>, u32)],
     splits: &mut [Split],
@@ -111,7 +116,8 @@ fn build<const D: usize>(
     entries.select_nth_unstable_by(middle, |a, b| {
         a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1))
     });
-    // Splits of a subtree lie scattered in heap order, so the halves fill their own and are merged.
+    // Splits of a subtree lie scattered in heap order, so the halves fill their own lists, which
+    // are then merged.
     splits[node] = Split {
         axis: axis as u32,
         value: entries[middle].0[axis],
@@ -130,7 +136,7 @@ fn build<const D: usize>(
     }
 }
 
-/// Copies the subtree under `node`.
+/// Copies the splits of the subtree under `node`.
 fn merge(splits: &mut [Split], other: &[Split], node: usize) {
     let (mut first, mut width) = (node, 1);
     while first < splits.len() {
@@ -140,19 +146,21 @@ fn merge(splits: &mut [Split], other: &[Split], node: usize) {
     }
 }
 
+/// A search for the points nearest to `x`.
 struct Search<'a, const D: usize> {
     tree: &'a Tree<D>,
     x: &'a Vector<D>,
     /// The coordinates of `x` along the tree's axes.
     along: Vector<D>,
     count: usize,
-    /// No point farther than this is among the nearest.
+    /// The squared distance of which no point that is farther is among the nearest.
     limit: f64,
-    /// The nearest so far, and others.
+    /// The nearest points so far, and others.
     found: &'a mut Vec<Neighbour>,
 }
 
 impl<const D: usize> Search<'_, D> {
+    /// Searches the part of the tree under a node, the nearer half first.
     fn descend(
         &mut self,
         node: usize,
@@ -190,6 +198,7 @@ impl<const D: usize> Search<'_, D> {
         }
     }
 
+    /// Adds the points of a leaf that may be among the nearest.
     fn offer(&mut self, range: Range<usize>) {
         for (point, index) in self.tree.points[range.clone()].iter().zip(range) {
             let squared = (point - self.x).norm_squared();
@@ -206,7 +215,7 @@ impl<const D: usize> Search<'_, D> {
         }
     }
 
-    /// Drops all but the nearest, of which there are then enough to limit the search.
+    /// Drops all but the nearest points, of which there are then enough to limit the search.
     fn keep_nearest(&mut self) {
         if self.found.len() >= self.count && self.count > 0 {
             let last = self.count - 1;
@@ -220,7 +229,7 @@ impl<const D: usize> Search<'_, D> {
 }
 
 impl Neighbour {
-    /// Orders by distance, which is not negative, and ties by index.
+    /// The order by distance, which is not negative, and for ties by index.
     fn order(&self) -> (u64, u32) {
         (self.squared.to_bits(), self.index)
     }

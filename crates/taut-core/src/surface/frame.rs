@@ -4,16 +4,17 @@ use crate::{Matrix, Vector};
 
 /// First- and second-order geometry at a point of a surface of codimension m.
 ///
-/// Built from the gradients and Hessians of m equations F; the buffers are reused between points.
+/// It is built from the gradients and Hessians of m equations F; the buffers are reused between
+/// points.
 #[derive(Clone, Debug)]
 pub struct Geometry<const D: usize> {
-    /// Orthonormal: columns 0..m span the normal space, columns m..D the tangent space.
+    /// An orthonormal basis: columns 0..m span the normal space, columns m..D the tangent space.
     pub basis: Matrix<D>,
     /// Codimension m.
     pub codimension: usize,
     /// Values of the equations.
     pub values: Vec<f64>,
-    /// Gradients of the equations, the rows of J.
+    /// Gradients of the equations, the rows of the Jacobian matrix J.
     pub gradients: Vec<Vector<D>>,
     /// Hessians of the equations.
     pub hessians: Vec<Matrix<D>>,
@@ -71,8 +72,8 @@ impl<const D: usize> Geometry<D> {
         tangential
     }
 
-    /// Householder QR of J': fills [`basis`](Self::basis). `false` where the gradients are not
-    /// independent (relative to the longest, to 1e-12) or not finite.
+    /// Householder QR of J', which fills [`basis`](Self::basis). `false` where the gradients are
+    /// not independent (relative to the longest, to 1e-12) or not finite.
     pub fn factor(&mut self) -> bool {
         if self.codimension == 1 {
             return self.factor_one();
@@ -90,7 +91,7 @@ impl<const D: usize> Geometry<D> {
             };
             self.basis -= v * (row * *beta);
         }
-        // Normals point along the gradients: R's diagonal is positive.
+        // Normals point along the gradients: R's diagonal is made positive.
         for j in 0..m {
             if self.triangle[(j, j)] < 0.0 {
                 self.basis.column_mut(j).neg_mut();
@@ -102,7 +103,7 @@ impl<const D: usize> Geometry<D> {
         true
     }
 
-    /// [`factor`](Self::factor) for one equation: a single reflection.
+    /// Computes [`factor`](Self::factor) for one equation, by a single reflection.
     fn factor_one(&mut self) -> bool {
         let mut v = self.gradients[0];
         let squared = v.norm_squared();
@@ -111,7 +112,7 @@ impl<const D: usize> Geometry<D> {
         }
         let diagonal = -squared.sqrt().copysign(v[0]);
         v[0] -= diagonal;
-        // |v|^2 = 2 diagonal (diagonal - gradient_0)
+        // Here |v|^2 = 2 diagonal (diagonal - gradient_0).
         let beta = -1.0 / (diagonal * v[0]);
         self.basis = Matrix::identity() - v * (v.transpose() * beta);
         if diagonal < 0.0 {
@@ -121,7 +122,7 @@ impl<const D: usize> Geometry<D> {
         true
     }
 
-    /// J^+ F, the step (12) back to the surface, from [`values`](Self::values) and
+    /// The step J^+ F of (12) back to the surface, from [`values`](Self::values) and
     /// [`gradients`](Self::gradients) alone; `None` where [`factor`](Self::factor) would fail.
     pub(crate) fn step_off(&mut self) -> Option<Vector<D>> {
         if let ([value], [gradient]) = (&self.values[..], &self.gradients[..]) {
@@ -164,7 +165,7 @@ impl<const D: usize> Geometry<D> {
             }
             let diagonal = -squared.sqrt().copysign(v[j]);
             v[j] -= diagonal;
-            // |v|^2 = 2 diagonal (diagonal - column_j)
+            // Here |v|^2 = 2 diagonal (diagonal - column_j).
             let beta = -1.0 / (diagonal * v[j]);
             reflectors[j] = Reflector { v, beta };
             column[j] = diagonal;
@@ -188,7 +189,7 @@ impl<const D: usize> Geometry<D> {
         y
     }
 
-    /// J^+ r, the shortest x with J x = r: solves R' y = r, x = Q y.
+    /// The vector J^+ r, which is the shortest x with J x = r; it solves R' y = r, x = Q y.
     #[must_use]
     pub fn pseudo_inverse(&self, r: &[f64]) -> Vector<D> {
         let y = self.substitute(r);
@@ -209,7 +210,8 @@ impl<const D: usize> Geometry<D> {
         self.pseudo_inverse(&second[..self.codimension])
     }
 
-    /// II(e, e), II(e, f) and II(f, f) of the two tangents e and f of a surface of dimension 2.
+    /// The vectors II(e, e), II(e, f) and II(f, f) for the two tangents e and f of a surface of
+    /// dimension 2.
     pub(crate) fn bends(&self) -> [Vector<D>; 3] {
         let (e, f) = (self.tangent(0), self.tangent(1));
         let (first, last) = (self.bend(&e), self.bend(&f));
@@ -217,7 +219,8 @@ impl<const D: usize> Geometry<D> {
         [first, both - (first + last) * 0.5, last]
     }
 
-    /// A bound on the normal curvatures: the Frobenius norm of the second fundamental form, 1 / length.
+    /// A bound on the normal curvatures: the Frobenius norm of the second fundamental form, 1 /
+    /// length.
     #[must_use]
     pub fn curvature_bound(&self) -> f64 {
         let mut squares = 0.0;

@@ -8,13 +8,14 @@ use crate::{Matrix, Vector};
 ///
 /// Derivatives must be exact to rounding: the correction is only as good as they are.
 pub trait Equations<const D: usize>: Send + Sync {
-    /// The number of equations m, the codimension of the surface.
+    /// The number of equations m, which is the codimension of the surface.
     fn count(&self) -> usize;
 
-    /// Values and gradients at `x`; both slices have length [`count`](Self::count).
+    /// Computes values and gradients at `x`; both slices have length [`count`](Self::count).
     fn gradients(&self, x: &Vector<D>, values: &mut [f64], gradients: &mut [Vector<D>]);
 
-    /// Values, gradients and (symmetric) Hessians at `x`; slices of length [`count`](Self::count).
+    /// Computes values, gradients and (symmetric) Hessians at `x`; the slices have length
+    /// [`count`](Self::count).
     fn hessians(
         &self,
         x: &Vector<D>,
@@ -63,14 +64,14 @@ pub struct ImplicitSurface<const D: usize, E> {
 }
 
 impl<const D: usize, E: Equations<D>> ImplicitSurface<D, E> {
-    /// The zeros of `equations`; `size` is a length of the order of the surface's extent: a pull-back
-    /// never steps farther than that at once.
+    /// The surface of zeros of `equations`; `size` is a length of the order of the surface's
+    /// extent. A pull-back never steps farther than `size` at once.
     #[must_use]
     pub fn new(equations: E, size: f64) -> Self {
         Self { equations, size }
     }
 
-    /// The equations.
+    /// The equations whose zeros are the surface.
     #[must_use]
     pub fn equations(&self) -> &E {
         &self.equations

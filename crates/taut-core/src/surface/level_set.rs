@@ -1,6 +1,7 @@
-//! The zeros of equations as a surface: Newton-Raphson feet (12), frames and bends.
+//! The zeros of equations as a surface: feet by Newton-Raphson (12).
 //!
-//! Shared by surfaces given by equations and by the atlas of a point cloud, which is a level set too.
+//! This is shared by surfaces given by equations and by the atlas of a point cloud, which is a
+//! level set too.
 
 use crate::Vector;
 use crate::surface::Geometry;
@@ -12,27 +13,29 @@ pub(crate) trait LevelSet<const D: usize> {
     /// Brings `place` up to date for `x`; `false` where the equations know nothing of `x`.
     fn locate(&self, x: &Vector<D>, place: &mut Self::Place) -> bool;
 
-    /// Values and gradients into `out`.
+    /// Puts values and gradients of the equations at `x` into `out`.
     fn gradients(&self, x: &Vector<D>, place: Self::Place, out: &mut Geometry<D>);
 
-    /// A length: steps beyond it mean that the iteration is lost.
+    /// A length of which steps beyond it mean that the iteration is lost.
     fn reach(&self, place: Self::Place) -> f64;
 
-    /// How far from the surface a foot may be, in reaches; no nearer than rounding lets it.
+    /// How far from the surface a foot may be, in reaches; it is no nearer than rounding lets it
+    /// be.
     fn slack(&self) -> f64 {
         0.0
     }
 }
 
+/// Most steps of Newton-Raphson to a foot.
 const MOST_STEPS: usize = 40;
-/// Steps shorter than this share of the reach no longer change the place.
+/// Length of steps, as a share of the reach, below which they no longer change the place.
 const SETTLED: f64 = 1e-4;
 /// Curvature of a surface of unit reach that the last step allows for.
 const LARGEST_CURVATURE: f64 = 16.0;
 
-/// Newton-Raphson to the surface, x <- x - J^+ F (12): quadratic, and for one equation the paper's
-/// x - F grad F / |grad F|^2. Stops when a step no longer moves `x` beyond
-/// rounding, or the slack allowed.
+/// Newton-Raphson to the surface, x <- x - J^+ F (12). It converges quadratically, and for one
+/// equation is the paper's x - F grad F / |grad F|^2. It stops when a step no longer moves `x`
+/// beyond rounding, or beyond the slack allowed.
 pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
     level_set: &L,
     x: &Vector<D>,
@@ -42,8 +45,8 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
     let mut x = *x;
     let mut last = f64::INFINITY;
     for _ in 0..MOST_STEPS {
-        // Near the foot the place is kept: the equations of two places differ by a little, and
-        // Newton would go to and fro between them.
+        // Near the foot the place is kept. The equations of two places differ by a little, and
+        // Newton's method would go to and fro between them.
         if last > SETTLED * level_set.reach(*place) && !level_set.locate(&x, place) {
             return None;
         }
@@ -59,8 +62,9 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
         }
         x -= step;
         let rounding = (4.0 * f64::EPSILON * x.amax()).max(level_set.slack() * reach);
-        // Quadratic convergence: the next step is this one squared times a curvature, the larger of
-        // that which the last two show and what a surface of this reach may have.
+        // Convergence is quadratic: the next step is this one squared times a curvature, which is
+        // the larger of the one that the last two steps show and the one that a surface of this
+        // reach may have.
         let next = length * length * (length / (last * last)).max(LARGEST_CURVATURE / reach);
         if length <= rounding
             || next <= 0.25 * rounding

@@ -1,21 +1,23 @@
 //! The paper's surface of a point cloud: moving least squares, (13)-(16).
 //!
-//! With theta(r) = exp(-r^2 / h^2) (14), the foot of q_0 is the q = q_0 + lambda n that alternation
-//! between (15), n the eigenvector of the least eigenvalue of the covariance about q weighted by
-//! theta, and (16), lambda the nearest minimum of sum theta(|p_i - q|) <n, p_i - q>^2, settles at.
-//! There lambda = 0, so the surface is the zero set of
+//! With theta(r) = exp(-r^2 / h^2) (14), the foot of q_0 is the q = q_0 + lambda n at which an
+//! alternation between (15) and (16) settles. In (15), n is the eigenvector of the least eigenvalue
+//! of the covariance about q weighted by theta. In (16), lambda is the nearest minimum of sum
+//! theta(|p_i - q|) <n, p_i - q>^2. At the end lambda = 0, so the surface is the zero set of
 //!
-//! F(x) = - sum w_i d_i (1 - d_i^2 / h^2) / sum w_i,  w_i = theta(|p_i - x|),  d_i = <n(x), p_i - x>,
+//! F(x) = - sum w_i d_i (1 - d_i^2 / h^2) / sum w_i,  w_i = theta(|p_i - x|),  d_i = <n(x),
+//! p_i - x>,
 //!
-//! which gives it an exact normal (grad F, which differs from (15)'s n by O(h^2)). In codimension m
-//! there are m least eigenvalues, n is a matrix, and lambda, d and F are vectors. Planes are fitted
-//! (degree 1): the surface lies O(h^2) off the one sampled, (kappa_1 + kappa_2) h^2 / 4 towards its
-//! centres of curvature, and lengths err accordingly. It is the paper's reference; the
-//! [atlas](crate::surface::atlas) is what lengths should be measured on.
+//! which gives it an exact normal (grad F, which differs from the n of (15) by O(h^2)). In
+//! codimension m there are m least eigenvalues, n is a matrix, and lambda, d and F are vectors.
+//! Planes are fitted (degree 1): the surface lies O(h^2) off the one sampled, (kappa_1 + kappa_2)
+//! h^2 / 4 towards its centres of curvature, and lengths err accordingly. It is the paper's
+//! reference; lengths should be measured on the [atlas](crate::surface::atlas).
 //!
-//! What the paper leaves open: weights end at 5 h, where they are 1e-11; only points of the same sheet
-//! take part, those of charts reached from the node's own chart along the atlas's graph; a q_0 more
-//! than h / 2 from the chart is first put onto it, as (15) finds the normal only near the points.
+//! What the paper leaves open is decided as follows. Weights end at 5 h, where they are 1e-11. Only
+//! points of the same sheet take part, those of charts reached from the node's own chart along the
+//! atlas's graph. A q_0 more than h / 2 from the chart is first put onto the chart, because (15)
+//! finds the normal only near the points.
 
 use thiserror::Error;
 
@@ -28,18 +30,21 @@ use crate::surface::level_set::LevelSet;
 use crate::surface::{Geometry, Node, Surface};
 use crate::{Matrix, Vector, parallel};
 
-/// The spacing h that is used unless given, in median distances between neighbouring points.
+/// The spacing h that is used unless one is given, in median distances between neighbouring points.
 const SPACINGS: f64 = 1.5;
-/// The largest h, in the same unit.
+/// The largest spacing h, in median distances between neighbouring points.
 const MOST_SPACINGS: f64 = 10.0;
-/// Points farther than this many h take no part.
+/// Distance beyond which points take no part, in h.
 const CUTOFF: f64 = 5.0;
+/// Most alternations between (15) and (16).
 const MOST_ALTERNATIONS: usize = 60;
+/// Most steps of Newton's method to solve (16).
 const MOST_NEWTON_STEPS: usize = 30;
-/// Step of the normal's differences, in h: they err by its square.
+/// Step of the differences of the normal, in h: they err by its square.
 const DIFFERENCE: f64 = 1e-4;
 
-/// A spacing h that is not a length, or so long that every point would take part in every fit.
+/// The error for a spacing h that is not a length, or is so long that every point would take part
+/// in every fit.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error(
     "the spacing h of moving least squares is {found}, expected a length above 0 and up to {largest}"
@@ -47,7 +52,8 @@ const DIFFERENCE: f64 = 1e-4;
 pub struct BadSpacing {
     /// The value given.
     pub found: f64,
-    /// The largest value taken, 10 median spacings: every fit costs the points within 5 h.
+    /// The largest value that is accepted, 10 median spacings: every fit costs the points within 5
+    /// h.
     pub largest: f64,
 }
 
@@ -55,9 +61,9 @@ pub struct BadSpacing {
 pub struct MovingLeastSquares<const D: usize> {
     atlas: Atlas<D>,
     h: f64,
-    /// The points of each chart's cell.
+    /// For each chart, the points of its cell.
     owned: Lists,
-    /// Distance from each chart's origin to the farthest of its points.
+    /// For each chart, the distance from its origin to the farthest of its points.
     extents: Vec<f64>,
     /// For each chart, the charts of its sheet whose points may take part at a node of its cell.
     around: Lists,
@@ -72,7 +78,8 @@ struct Plane<const D: usize> {
 }
 
 impl<const D: usize> MovingLeastSquares<D> {
-    /// The surface of the atlas's points; `h` in the input's units, or 1.5 median spacings.
+    /// The moving least squares surface of the atlas's points; `h` is in the input's units, or 1.5
+    /// median spacings if `None`.
     ///
     /// # Errors
     /// [`BadSpacing`] where `h` is not a length between 0 and 10 median spacings.
@@ -124,7 +131,8 @@ impl<const D: usize> MovingLeastSquares<D> {
     /// The node of an input row, projected onto the surface.
     ///
     /// # Errors
-    /// As [`Atlas::node_of_row`].
+    /// The errors of [`Atlas::node_of_row`], and [`Error::NoFoot`](error::Error::NoFoot) where the
+    /// projection does not arrive.
     pub fn node_of_row(&self, row: usize) -> Result<Node<D, ChartIndex>, error::Error> {
         self.projected(&self.atlas.node_of_row(row)?)
     }
@@ -132,11 +140,13 @@ impl<const D: usize> MovingLeastSquares<D> {
     /// The node nearest to a point given in the input's coordinates.
     ///
     /// # Errors
-    /// As [`Atlas::node_near`].
+    /// The errors of [`Atlas::node_near`], and [`Error::NoFoot`](error::Error::NoFoot) where the
+    /// projection does not arrive.
     pub fn node_near(&self, x: &Vector<D>) -> Result<Node<D, ChartIndex>, error::Error> {
         self.projected(&self.atlas.node_near(x)?)
     }
 
+    /// A node of the atlas, projected onto this surface.
     fn projected(&self, node: &Node<D, ChartIndex>) -> Result<Node<D, ChartIndex>, error::Error> {
         let mut place = node.place;
         let mut scratch = Geometry::new(D - self.atlas.intrinsic_dimension());
@@ -149,7 +159,7 @@ impl<const D: usize> MovingLeastSquares<D> {
         }
     }
 
-    /// The points that take part at `x`, relative to it.
+    /// Gathers the points that take part at `x`, relative to it.
     fn gather(&self, x: &Vector<D>, place: ChartIndex, offsets: &mut Vec<Vector<D>>) {
         offsets.clear();
         let cutoff = CUTOFF * self.h;
@@ -168,12 +178,12 @@ impl<const D: usize> MovingLeastSquares<D> {
         }
     }
 
-    /// theta of (14), its argument squared.
+    /// The weight theta of (14), by the square of its argument.
     fn weight(&self, squared: f64) -> f64 {
         (-squared / (self.h * self.h)).exp()
     }
 
-    /// (15); `None` where the points determine no plane.
+    /// The plane of (15); `None` where the points determine no plane.
     fn plane(&self, offsets: &[Vector<D>]) -> Option<Plane<D>> {
         let m = D - self.atlas.intrinsic_dimension();
         let mut covariance = Matrix::<D>::zeros();
@@ -209,8 +219,8 @@ impl<const D: usize> MovingLeastSquares<D> {
         })
     }
 
-    /// n lambda of (16), the minimum for each |lambda_a| <= h that is nearest to 0: Newton's method
-    /// on the derivative.
+    /// The shift n lambda of (16), by Newton's method on the derivative: for each |lambda_a| <= h,
+    /// the minimum that is nearest to 0.
     fn shift(&self, offsets: &[Vector<D>], plane: &Plane<D>) -> Vector<D> {
         let m = D - self.atlas.intrinsic_dimension();
         let inverse = 1.0 / (self.h * self.h);
@@ -235,7 +245,7 @@ impl<const D: usize> MovingLeastSquares<D> {
                 if sum <= 0.0 {
                     return Vector::repeat(f64::NAN);
                 }
-                // Where the sum is not convex, (16)'s minimum lies towards the mean.
+                // Where the sum is not convex, the minimum of (16) lies towards the mean.
                 let convex = second > 0.1 * sum;
                 let step = if convex { -first / second } else { mean / sum };
                 let next = (lambda[a] + step).clamp(-self.h, self.h);
@@ -257,7 +267,7 @@ impl<const D: usize> MovingLeastSquares<D> {
             .sum()
     }
 
-    /// The gradients of F (up to a factor that is constant to first order on the surface).
+    /// The gradients of F, up to a factor that is constant to first order on the surface.
     fn gradients(
         &self,
         x: &Vector<D>,
@@ -269,16 +279,16 @@ impl<const D: usize> MovingLeastSquares<D> {
         let plane = self.plane(offsets)?;
         let m = out.len();
         let inverse = 1.0 / (self.h * self.h);
-        // Eigenvectors have no sign, and none of a pair of equal eigenvalues is distinguished: components
-        // of n F along the home chart's normals do not depend on them.
+        // Eigenvectors have no sign, and none of a pair of equal eigenvalues is distinguished.
+        // Components of n F along the home chart's normals do not depend on them.
         let home = self.atlas.charts[place as usize]
             .frame
             .tr_mul(&plane.vectors);
         out.fill(Vector::zeros());
         for a in 0..m {
             let normal = plane.vectors.column(a);
-            // F_a = -sum w d_a (1 - |d|^2 / h^2) / sum w. Its derivative at fixed n, and those by the
-            // normals, `by_normal`, ...
+            // F_a = -sum w d_a (1 - |d|^2 / h^2) / sum w has a derivative at fixed n, which is
+            // computed here, and derivatives by the normals, `by_normal`.
             let mut direct = Vector::zeros();
             let mut by_normal = [Vector::<D>::zeros(); D];
             for offset in offsets.iter() {
@@ -296,7 +306,8 @@ impl<const D: usize> MovingLeastSquares<D> {
                     *by += offset * (w * slope);
                 }
             }
-            // ... times how those eigenvectors turn: dn_b = -(C - eigenvalue_b)^+ dC n_b.
+            // The derivatives by the normals are multiplied by how those eigenvectors turn:
+            // dn_b = -(C - eigenvalue_b)^+ dC n_b.
             let mut turning = Vector::zeros();
             for (b, by) in by_normal[..m].iter().enumerate() {
                 let mut y = Vector::zeros();
@@ -322,14 +333,16 @@ impl<const D: usize> MovingLeastSquares<D> {
     }
 }
 
+/// The median over the charts of the distance between neighbouring points.
 fn median_spacing<const D: usize>(atlas: &Atlas<D>) -> f64 {
     let mut spacings: Vec<f64> = atlas.charts.iter().map(|chart| chart.spacing).collect();
     let middle = spacings.len() / 2;
     *spacings.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The charts whose points may lie within `cutoff` of a point of the home chart's cell, reached along
-/// the atlas's graph without leaving that ball or turning a single normal by a right angle.
+/// The charts whose points may lie within `cutoff` of a point of the home chart's cell. They are
+/// reached along the atlas's graph without leaving that ball or turning a single normal by a right
+/// angle.
 fn sheet_around<const D: usize>(
     atlas: &Atlas<D>,
     extents: &[f64],
@@ -424,7 +437,8 @@ impl<const D: usize> Surface<D> for MovingLeastSquares<D> {
         for (value, gradient) in out.values.iter_mut().zip(&out.gradients) {
             *value = -gradient.dot(&shift);
         }
-        // No closed-form second derivative: central differences of the gradients along the tangents.
+        // There is no closed-form second derivative, so central differences of the gradients are
+        // taken along the tangents.
         let step = DIFFERENCE * self.h;
         let (mut ahead, mut behind) = ([Vector::zeros(); D], [Vector::zeros(); D]);
         out.hessians.fill(Matrix::zeros());
@@ -464,11 +478,11 @@ impl<const D: usize> Guide<D> for MovingLeastSquares<D> {
 }
 
 impl<const D: usize> Geodesics<D, MovingLeastSquares<D>> {
-    /// Makes the moving least squares surface of an atlas's points ready for path queries; `h` in the
-    /// input's units, or 1.5 median spacings.
+    /// Makes the moving least squares surface of an atlas's points ready for path queries; `h` is
+    /// in the input's units, or 1.5 median spacings if `None`.
     ///
     /// # Errors
-    /// As [`MovingLeastSquares::new`].
+    /// The errors of [`MovingLeastSquares::new`].
     pub fn of_mls(atlas: Atlas<D>, h: Option<f64>) -> Result<Self, BadSpacing> {
         let surface = MovingLeastSquares::new(atlas, h)?;
         let atlas = &surface.atlas;

@@ -18,61 +18,64 @@ use thiserror::Error;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// |x| = radius in R^dimension, as (|x|^2 - radius^2) / (2 radius).
+    /// The sphere |x| = radius in R^dimension, by the equation (|x|^2 - radius^2) / (2 radius) = 0.
     Sphere {
-        /// Radius.
+        /// Radius of the sphere.
         radius: f64,
         /// Dimension of the space, 2 or more.
         dimension: usize,
     },
-    /// Tube about a circle round the z axis, as ((sqrt(x^2 + y^2) - major)^2 + z^2 - minor^2) / (2 minor).
+    /// A tube about a circle round the z axis, by the equation
+    /// ((sqrt(x^2 + y^2) - major)^2 + z^2 - minor^2) / (2 minor) = 0.
     ///
-    /// Of the usual forms this one is chosen over the quartic because its gradient has length 1 on the
-    /// whole surface and its values do not cancel for thin tubes; the price is that it is not smooth on
-    /// the z axis, which no torus with minor < major meets.
+    /// Of the usual forms this one is chosen over the quartic because its gradient has length 1 on
+    /// the whole surface and its values do not cancel for thin tubes. The price is that it is not
+    /// smooth on the z axis, which no torus with minor < major meets.
     Torus {
         /// Radius of the circle.
         major: f64,
         /// Radius of the tube, less than `major`.
         minor: f64,
     },
-    /// sum (x_i / a_i)^2 = 1 in as many dimensions as there are semi-axes, 2 or more.
+    /// The ellipsoid sum (x_i / a_i)^2 = 1 in as many dimensions as there are semi-axes, 2 or more.
     Ellipsoid {
         /// Semi-axes a_i.
         semi_axes: Vec<f64>,
     },
-    /// x^2 + y^2 = radius^2 in R^3, without ends.
+    /// The cylinder x^2 + y^2 = radius^2 in R^3, without ends.
     Cylinder {
-        /// Radius.
+        /// Radius of the cylinder.
         radius: f64,
     },
-    /// sqrt(x^2 + y^2) = z tan(half_angle), the nappe z >= 0: singular at its apex, the origin.
+    /// The cone sqrt(x^2 + y^2) = z tan(half_angle), z >= 0 (one nappe). It is singular at its
+    /// apex, the origin.
     Cone {
         /// Angle between the axis and the surface, between 0 and pi / 2.
         half_angle: f64,
     },
-    /// z = 0 in R^3.
+    /// The plane z = 0 in R^3.
     Plane,
-    /// x^2 + y^2 = r_1^2, z^2 + w^2 = r_2^2 in R^4: locally isometric to the plane (Clifford's torus
-    /// where both radii are equal).
+    /// The product of circles x^2 + y^2 = r_1^2, z^2 + w^2 = r_2^2 in R^4, which is locally
+    /// isometric to the plane (Clifford's torus where both radii are equal).
     FlatTorus {
         /// Radii r_1 and r_2.
         radii: [f64; 2],
     },
-    /// The rotation matrices of R^3 as points of R^9 (row-major): the 6 products of columns of R'R = I.
+    /// The rotation matrices of R^3 as points of R^9 (row-major), by the 6 products of columns of
+    /// R'R = I.
     ///
-    /// The zeros are all orthogonal matrices, in two components; rotations are the one with
-    /// determinant 1, which a path never leaves and of which [`Shape::seeds`] gives a point. Lengths
-    /// are sqrt(2) times angles of rotation.
+    /// The zeros are all orthogonal matrices, in two components. Rotations are the component with
+    /// determinant 1, which a path never leaves, and of which [`Shape::seeds`] gives a point.
+    /// Lengths are sqrt(2) times angles of rotation.
     Rotations,
-    /// The paper's roll: a sheet along the spiral of Archimedes rho = inner_radius + gap theta / (2 pi),
-    /// parallel to the z axis, isometric to the plane.
+    /// The paper's roll: a sheet along the spiral of Archimedes rho = inner_radius + gap theta / (2
+    /// pi), parallel to the z axis. It is isometric to the plane.
     ///
-    /// The equation is rho - inner_radius - gap theta / (2 pi) with theta on the branch whose layer is
-    /// nearest along the radius: smooth except halfway between layers and on the axis. It has no ends:
-    /// the sheet goes on past `turns`, inwards to the axis, and along z. `turns` and the width 1 in z
-    /// only bound [`Shape::region`]. A straight segment of the unrolled sheet never leaves its
-    /// rectangle, so shortest paths are the same.
+    /// The equation is rho - inner_radius - gap theta / (2 pi) = 0, with theta on the branch whose
+    /// layer is nearest along the radius. It is smooth except halfway between layers and on the
+    /// axis. The surface has no ends: the sheet goes on past `turns`, inwards to the axis, and
+    /// along z. `turns` and the width 1 in z only bound [`Shape::region`]. A straight segment of
+    /// the unrolled sheet never leaves its rectangle, so shortest paths are the same.
     Roll {
         /// Radius at theta = 0.
         inner_radius: f64,
@@ -83,7 +86,7 @@ pub enum Shape {
     },
 }
 
-/// Name, parameters, and what it is, of every shape that [`Shape::parse`] knows.
+/// The name, the parameters and a description of every shape that [`Shape::parse`] knows.
 pub const KNOWN: [(&str, &str, &str); 9] = [
     (
         "sphere",
@@ -126,38 +129,38 @@ pub const MOST_DIMENSIONS: usize = 16;
 /// Why a text names no shape.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShapeError {
-    /// No shape of this name.
+    /// There is no shape of this name.
     #[error("no shape is called `{name}`; write one of {}", known())]
     Unknown {
         /// The name given.
         name: String,
     },
-    /// A parameter that is not a number.
+    /// A parameter is not a number.
     #[error("parameter {position} of `{usage}` is `{found}`, expected a number like 0.4")]
     NotANumber {
         /// How the shape is written.
         usage: String,
-        /// Which parameter, from 1.
+        /// The position of the parameter, counted from 1.
         position: usize,
-        /// Its text.
+        /// The text of the parameter.
         found: String,
     },
-    /// Too many or too few parameters.
+    /// There are too many or too few parameters.
     #[error("`{usage}` was given {found} parameters")]
     WrongCount {
         /// How the shape is written.
         usage: String,
-        /// How many there are.
+        /// The number of parameters given.
         found: usize,
     },
-    /// A parameter outside its range.
+    /// A parameter is outside its range.
     #[error("parameter {position} of `{usage}` is {found}, expected {expected}")]
     OutOfRange {
         /// How the shape is written.
         usage: String,
-        /// Which parameter, from 1.
+        /// The position of the parameter, counted from 1.
         position: usize,
-        /// Its value.
+        /// The value of the parameter.
         found: f64,
         /// The values allowed.
         expected: &'static str,
@@ -180,11 +183,12 @@ fn usage(name: &str, parameters: &str) -> String {
 const POSITIVE: &str = "a finite number above 0";
 
 impl Shape {
-    /// The shape written as a name and its parameters, `torus:1,0.4`; [`KNOWN`] lists them.
+    /// The shape that is written as a name and its parameters, such as `torus:1,0.4`; [`KNOWN`]
+    /// lists them.
     ///
     /// # Errors
-    /// [`ShapeError`] for unknown names, parameters that are not numbers, too many or too few of them,
-    /// or out of range.
+    /// [`ShapeError`] for unknown names, parameters that are not numbers, too many or too few of
+    /// them, or parameters out of range.
     pub fn parse(text: &str) -> Result<Self, ShapeError> {
         let (name, list) = text.split_once(':').unwrap_or((text, ""));
         let name = name.trim();
@@ -247,7 +251,7 @@ impl Shape {
         }
     }
 
-    /// The dimension d of the space the shape lives in.
+    /// The dimension d of the space that the shape lives in.
     #[must_use]
     pub fn dimension(&self) -> usize {
         match self {
@@ -292,8 +296,8 @@ impl Shape {
     }
 
     /// The corners of a box that shows the shape: its bounds, or a piece of a shape without end (a
-    /// cylinder twice as long as wide, a cone of slant height 1, the square |x|, |y| <= 1 of the plane,
-    /// the turns of a roll of width 1).
+    /// cylinder twice as long as wide, a cone of slant height 1, the square |x|, |y| <= 1 of the
+    /// plane, the turns of a roll of width 1).
     #[must_use]
     pub fn region(&self) -> (Vec<f64>, Vec<f64>) {
         let high = match self {
@@ -374,7 +378,7 @@ fn whole(value: f64, usage: &str) -> Result<usize, ShapeError> {
 }
 
 impl fmt::Display for Shape {
-    /// As [`Shape::parse`] reads it.
+    /// Writes the shape as [`Shape::parse`] reads it.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sphere {

@@ -31,7 +31,8 @@ fn guess(surface: &Implicit, curve: impl Fn(f64) -> [f64; 3]) -> Vec<Node<3, ()>
         .collect()
 }
 
-/// Surface, curve over [0, 1] that is a shortest path, and its length.
+/// A surface, a curve over [0, 1] that is a shortest path on it, and the curve's length, for
+/// several known cases.
 fn closed_forms() -> Vec<(Implicit, Vec<Node<3, ()>>, f64)> {
     let circle = |text: &str, radius: f64, angle: f64| {
         let surface = surface(text);
@@ -86,7 +87,7 @@ fn circles_of_known_length() {
     }
 }
 
-/// A path of no symmetry.
+/// A guess of a path without symmetry.
 fn generic() -> (Implicit, Vec<Node<3, ()>>) {
     let surface = surface("torus:1,0.4");
     let nodes = guess(&surface, |t| {

@@ -1,15 +1,16 @@
-//! Off saddles, along the direction in which a path shortens most.
+//! Escapes from saddles, along the direction in which a path shortens most.
 
 use crate::correction::curve::Curve;
 use crate::correction::newton::Solver;
 use crate::surface::Surface;
 
-/// Moves off a saddle, in shares of the length.
+/// Sizes of the moves off a saddle that are tried, as shares of the length.
 const ESCAPES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3];
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
-    /// The direction in which the path shortens most at second order, if the last Hessian had one:
-    /// inverse iteration from a fixed generic start. Moves the path along it, to the side where it becomes shorter.
+    /// Moves the path along the direction in which it shortens most at second order, if the last
+    /// Hessian had one, to the side where it becomes shorter. The direction is found by inverse
+    /// iteration from a fixed generic start.
     pub fn escape<S: Surface<D, Place = P>>(
         &mut self,
         surface: &S,
@@ -18,6 +19,8 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         let measure = curve.measure(&mut self.pull);
         self.weigh(curve);
         let rim = self.assemble(surface, curve, measure)?;
+        // A shift that makes the matrix positive definite leaves the most negative direction as the
+        // least eigenvector.
         let mut shift = 4.0;
         while self.factor(shift) != Some(0) {
             shift *= 2.0;
@@ -55,7 +58,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
                     best = Some(self.trial.clone());
                 }
             }
-            // The valley beside the saddle lies farther out than this.
+            // The valley beside the saddle lies farther out than this size.
             if best.is_some() && least == before {
                 break;
             }

@@ -354,6 +354,8 @@ fn in_order<const D: usize>(
         if cost > labels[point as usize].cost || cost > longest {
             continue;
         }
+        // Where only some points are asked for, the march goes a little beyond the last of them,
+        // because the sweeps still change costs.
         if missing > 0 && passed.insert(point) {
             let i = point as usize;
             farthest = farthest.max(cost + EDGE * net.spacing[i] * net.costs[i]);

@@ -375,6 +375,7 @@ impl<const D: usize> Net<D> {
             };
             up.atan2(v.dot(&geometry.tangent(0)))
         };
+        // A barrier that stops any step between neighbours is not idle.
         for (barrier, met) in self.barriers.iter().zip(met) {
             let mut steps = near.iter().map(|to| &self.points[*to as usize]);
             if !met.load(Ordering::Relaxed) && steps.any(|to| barrier.stops(&x, to)) {

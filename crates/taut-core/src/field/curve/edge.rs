@@ -23,8 +23,8 @@ const MOST_SHOTS: usize = 8;
 const HIT: f64 = 0.1;
 /// Largest miss, as a share of the shot's length, beyond which shooting is given up.
 const ASTRAY: f64 = 0.3;
-/// Tolerance of a shot as a share of that of the distances: an error of the edge to the side is an
-/// error of the distances from it.
+/// Tolerance of a shot, as a share of the tolerance of distances: an error of the edge to the side
+/// is an error of the distances from the edge.
 const FINER: f64 = 0.01;
 
 /// Least step along an edge, as a share of its length.

@@ -75,6 +75,8 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
         let mut length = LONGEST * mean;
         let (mut astray, mut fresh) = (0.0, line.len());
         loop {
+            // A line that passes no new seed runs where it ran before, and is cut back to the last
+            // one.
             if astray > ASTRAY * mean {
                 line.truncate(fresh);
                 break;
@@ -88,6 +90,8 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
             let step = |next: &Way<D, S::Place>| (next.spot.point - here.point).norm();
             let ahead = next.filter(|next| step(next) > ONWARD * length);
             let straight = ahead.as_ref().map_or(-1.0, cosine);
+            // A step is halved until it turns little; what still turns at the shortest step is a
+            // kink.
             if straight < TURN && length > shortest {
                 length = (0.5 * length).max(shortest);
                 continue;

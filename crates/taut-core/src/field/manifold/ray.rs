@@ -213,6 +213,8 @@ fn advance<const D: usize, S: Surface<D>>(
         slopes[i + 1] = stage.slope(&frame);
     }
     let stage = start.moved(step, &slopes[..6], AT[5]);
+    // An error along the ray changes its length at first order, one to the side at second order
+    // only.
     let error = start.moved(step, &slopes, &DIFFERENCE);
     let off_by = error.x - start.x;
     let ahead = start.tangents.column(0);

@@ -132,6 +132,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         let corner = |geometry: &mut Geometry<D>, i: usize| {
             let (node, outward, spacing) = rim[i];
             let mut place = node.place;
+            // Points at the rim of a sample end short of the surface, so the corner is moved
+            // outwards.
             let x: Vector<D> = node.point + outward * (SHORT * spacing);
             let point = surface.foot(&x, &mut place, geometry)?;
             let frame = super::frame(surface, &Node { point, place }, geometry)?;
@@ -222,6 +224,8 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         let mut samples = Vec::new();
         let mut reached: Vec<Option<Reached<D>>> = vec![None; self.corners.len()];
         let mut open: Vec<Option<f64>> = vec![None; self.corners.len()];
+        // Each round follows the rims from where rays graze them, and shoots rays from the places
+        // that ways lead on from. Where these rays graze further rims, the next round begins.
         for _ in 0..MOST_ROUNDS {
             if grazed.is_empty() {
                 break;
@@ -254,6 +258,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                     let doubt = doubt(sample.jet.heading.angle);
                     sample.surface_error += doubt;
                     sample.doubt = doubt + BENT * places.spacing[sample.near as usize];
+                    // All rays from here left the source as the ray that grazed the rim did.
                     sample.jet.heading = Heading::same(at.angle);
                 }
                 let grazes = fan.grazes().into_iter().map(|graze| Grazed {

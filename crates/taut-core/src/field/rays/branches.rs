@@ -169,8 +169,9 @@ impl Group {
     }
 }
 
-/// The branches at a node with a frame, least distance first, from the jets near it and the pieces
-/// of sources beside it. `admits` tells whether a jet that was carried here may be believed.
+/// The branches at a node with a frame, the shortest to be believed first, from the jets near it
+/// and the pieces of sources beside it. `admits` tells whether a jet that was carried here may be
+/// believed.
 pub(crate) fn branches<'a, const D: usize>(
     frame: &Frame<D>,
     spacing: f64,

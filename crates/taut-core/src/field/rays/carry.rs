@@ -71,6 +71,8 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
     let is_longer = |held: &Branch, found: &Branch, step: f64| {
         found.jet.distance + found.error + step < held.jet.distance - held.error
     };
+    // Nodes are taken in the order of distance, as in Dijkstra's algorithm, so that a node is
+    // settled before it is carried on.
     while let Some(Waiting { distance, node }) = heap.pop() {
         let i = node as usize;
         let (Some(from), Some(branch)) = (frames[i], lists[i].first().copied()) else {

@@ -33,8 +33,8 @@ use crate::parallel;
 use crate::surface::atlas::Lists;
 
 /// Factor of the penalty on a branch that rests on jets one spacing away: this times the surface's
-/// error over the spacing, at most 1. By so many spacings the branch must be shorter than others to
-/// be believed.
+/// error over the spacing, at most 1. The penalty is in spacings; a branch must be shorter than
+/// others by more than its penalty to be believed.
 const DOUBT: f64 = 30.0;
 
 /// What is said for a branch whose jet is not known as far as a neighbouring node.

@@ -224,6 +224,8 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     let ((da, dda, ta), (db, ddb, tb)) = (across(a, change_a), across(b, change_b));
     let (xa, xb) = (a.frame.point, b.frame.point);
     let (va, vb) = (a.frame.tangents[0], b.frame.tangents[0]);
+    // These are the values and derivatives of the quintics halfway, by Hermite interpolation over
+    // the angle.
     let x =
         (xa + xb) * 0.5 + (da - db) * (5.0 / 32.0 * angle) + (dda + ddb) * (angle * angle / 64.0);
     let spread =
@@ -361,6 +363,8 @@ fn advance<const D: usize, S: Surface<D>>(
         if i + 1 < AT.len() {
             continue;
         }
+        // An error along the ray changes its length at first order, one to the side at second order
+        // only.
         let error = start.moved(step, &slopes, &DIFFERENCE);
         let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
         let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();

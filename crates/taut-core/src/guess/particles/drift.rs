@@ -1,5 +1,5 @@
-//! The procedure of sampling [3.1.4]: particles drift from their sources until they have met and the
-//! surface is covered.
+//! The procedure of sampling [3.1.4]: particles drift from their sources until they have met and
+//! the surface is covered.
 
 use crate::error::Error;
 use crate::guess::particles::Settings;
@@ -7,37 +7,40 @@ use crate::guess::particles::sources::Sources;
 use crate::guess::particles::swarm::Swarm;
 use crate::surface::{Node, Surface};
 
-/// What the loop ends with.
+/// What the procedure of sampling ends with.
 pub(super) struct Drifted<'a, const D: usize, S: Surface<D>> {
     pub swarm: Swarm<'a, D, S>,
     pub joined: Sources,
     pub meetings: Vec<Meeting>,
     pub steps: usize,
-    /// Whether it ended because there was hardly any room left.
+    /// Whether the procedure ended because there was hardly any room left.
     covered: bool,
 }
 
-/// A meeting of two particles: each with the number of locations recorded by then.
+/// A meeting of two particles, each with the number of locations that it had recorded by then.
 pub(super) struct Meeting(pub [(u32, usize); 2]);
 
-/// Particles born at a source at a time, per dimension of the surface and one more: the paper's 5 on
-/// surfaces.
+/// Number of particles born at a source at a time, per dimension of the surface, plus one: the
+/// paper's 5 on surfaces.
 const LITTER: usize = 2;
-/// How far from its source a particle is born, in spacings.
+/// Distance from its source at which a particle is born, in spacings.
 const BIRTH: f64 = 0.3;
-/// A loop looks back so many steps: it ends if there was no room for a birth and no meeting, ...
+/// Number of steps that the loop looks back: it ends if there was no room for a birth and no
+/// meeting in them.
 const RECENT: usize = 20;
-/// ... or, with all sources joined, for no more than this share of the particles.
+/// Share of the particles up to which births and meetings in the recent steps are few enough to end
+/// the loop, once all sources are joined.
 const FULL: f64 = 0.02;
-/// Where the number of particles ends the loop, all sources are joined, and no more than this share of the
-/// particles has room, the surface is covered well enough.
+/// Largest share of the particles that may have room for the surface to count as covered, where the
+/// number of particles ended the loop and all sources are joined.
 const ROOMY: f64 = 0.1;
-/// How much larger epsilon is made where the particles do not cover the surface, and how often.
+/// Factor by which epsilon grows where the particles do not cover the surface.
 const WIDENING: f64 = 1.25;
+/// Most times that the procedure is begun, each time with a larger epsilon.
 const MOST_BEGINNINGS: usize = 6;
 
-/// The procedure of sampling, begun anew with a larger epsilon if `count` particles do not cover the
-/// surface.
+/// Runs the procedure of sampling, and begins it anew with a larger epsilon if `count` particles do
+/// not cover the surface.
 pub(super) fn drift<'a, const D: usize, S: Surface<D>>(
     surface: &'a S,
     sources: &[Node<D, S::Place>],
@@ -57,7 +60,7 @@ pub(super) fn drift<'a, const D: usize, S: Surface<D>>(
     }
 }
 
-/// Its loop: births (a), moves (b), meetings (c), records (d).
+/// The loop of the procedure: births (a), moves (b), meetings (c), records (d).
 fn drift_once<const D: usize, S: Surface<D>>(
     mut swarm: Swarm<'_, D, S>,
     sources: usize,
@@ -91,7 +94,7 @@ fn drift_once<const D: usize, S: Surface<D>>(
     }
 }
 
-/// Whether nothing happened for a while, or, once all sources are joined, little.
+/// Whether nothing happened for a while, or little once all sources are joined.
 fn settled<const D: usize, S: Surface<D>>(
     swarm: &Swarm<'_, D, S>,
     joined: &Sources,
@@ -102,8 +105,8 @@ fn settled<const D: usize, S: Surface<D>>(
     happened == 0 || (joined.classes() == 1 && happened as f64 <= little)
 }
 
-/// Births where the nearest neighbour is farther than epsilon, up to `count` particles: a litter at
-/// sources, one at particles on their way. Returns how many had room.
+/// Gives births where the nearest neighbour is farther than epsilon, up to `count` particles:
+/// several at sources, one at particles on their way. Returns how many particles had room.
 fn give_births<const D: usize, S: Surface<D>>(
     swarm: &mut Swarm<'_, D, S>,
     sources: usize,

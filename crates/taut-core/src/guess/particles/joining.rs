@@ -7,13 +7,14 @@ use crate::spatial::tree::Tree;
 use crate::surface::{Node, Surface};
 use crate::{Vector, parallel};
 
-/// Particles at rest up to this many spacings apart are joined.
+/// Largest distance between particles at rest that are joined, in spacings.
 pub(super) const REACH: f64 = 1.9;
 
+/// For each particle at rest, its node in the graph, its node on the surface, and its spacing.
 pub(super) type Rest<const D: usize, P> = Vec<(u32, Node<D, P>, f64)>;
 
-/// The graph of the joined trajectories: its nodes are the sources and all locations recorded, its
-/// edges the pieces of the trajectories, the meetings, and the joins of particles at rest.
+/// The graph of the joined trajectories. Its nodes are the sources and all locations recorded; its
+/// edges are the pieces of the trajectories, the meetings, and the joins of particles at rest.
 pub(super) fn connect<const D: usize, S: Surface<D>>(
     drifted: &mut Drifted<'_, D, S>,
 ) -> (Graph<D, S::Place>, Rest<D, S::Place>) {
@@ -22,7 +23,7 @@ pub(super) fn connect<const D: usize, S: Surface<D>>(
     let mut firsts = Vec::new();
     for particle in &swarm.particles {
         firsts.push(nodes.len() as u32);
-        // A trajectory begins at a node of another and ends at rest.
+        // A trajectory begins at a node of another trajectory and ends at rest.
         nodes.extend(particle.trajectory.iter().skip(1).copied());
         nodes.push(particle.node);
     }
@@ -30,7 +31,8 @@ pub(super) fn connect<const D: usize, S: Surface<D>>(
         let next = firsts.get(i as usize + 1).copied();
         next.unwrap_or(nodes.len() as u32) - 1
     };
-    // Where a particle was at its last of so many records; a source has but one.
+    // This is the node where a particle was at the last of a number of records; a source has only
+    // one.
     let recorded = |(i, records): (u32, usize)| firsts[i as usize] + records.max(2) as u32 - 2;
     let mut lists = vec![Vec::new(); nodes.len()];
     let mut join = |a: u32, b: u32| {
@@ -71,8 +73,8 @@ pub(super) fn connect<const D: usize, S: Surface<D>>(
     (Graph::new(nodes, lists.iter().map(Vec::as_slice)), rest)
 }
 
-/// The particles at rest a step away from each node. Without these joins the way along a trajectory
-/// would differ from the way beside it, and pass for another way round.
+/// The particles at rest that are a step away from each node. Without these joins, the way along a
+/// trajectory would differ from the way beside it and pass for another way round.
 fn beside<const D: usize, S: Surface<D>>(
     swarm: &Swarm<'_, D, S>,
     nodes: &[Node<D, S::Place>],
@@ -95,13 +97,13 @@ fn beside<const D: usize, S: Surface<D>>(
     parallel::map(nodes.len(), of).concat()
 }
 
-/// The pairs of particles at rest a step along the surface apart.
+/// The pairs of particles at rest that are a step along the surface apart.
 fn joins<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> Vec<(u32, u32)> {
     let of = |i: usize| {
         let i = i as u32;
         let near = |j: &u32| {
             let others = swarm.neighbours(*j);
-            // Of two that are each other's neighbours the first looks.
+            // If two particles are each other's neighbours, only the first one looks.
             (i < *j || !others.contains(&i))
                 && swarm.distance(i, *j) < REACH * swarm.mean_spacing(i, *j)
                 && swarm.walkable(i, *j)

@@ -1,8 +1,8 @@
 //! Particles that float on a surface [3.1]: samplings of it, and the guesses of Algorithm 1.
 //!
-//! Particles of the same source repel each other, others attract (1)-(4); the spacing that they strive
-//! for is smaller where the surface bends. Everything is measured in spacings, so that the unit of
-//! length changes nothing.
+//! Particles of the same source repel each other, those of different sources attract (1)-(4); the
+//! spacing that they strive for is smaller where the surface bends. Everything is measured in
+//! spacings, so that the unit of length changes nothing.
 
 mod drift;
 mod joining;
@@ -24,11 +24,11 @@ use crate::Vector;
 /// How densely particles settle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spread {
-    /// Denser where the surface bends more (figure 6): the spacing h follows the curvature
+    /// Denser where the surface bends more (figure 6). The spacing h follows the curvature
     /// kappa = (sum kappa_j^2)^(1/2) as h ~ (1/4 + (kappa / mean kappa)^2)^(-1/2), at most 16 to 1.
     #[default]
     Curvature,
-    /// As densely everywhere.
+    /// Equally densely everywhere.
     Even,
 }
 
@@ -42,7 +42,7 @@ pub struct Region<const D: usize> {
 }
 
 impl<const D: usize> Region<D> {
-    /// Whether a point lies inside or on the boundary.
+    /// Whether a point lies inside the box or on its boundary.
     #[must_use]
     pub fn holds(&self, x: &Vector<D>) -> bool {
         (0..D).all(|i| self.low[i] <= x[i] && x[i] <= self.high[i])
@@ -52,18 +52,18 @@ impl<const D: usize> Region<D> {
 /// Where particles may go, and how they spread.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<const D: usize> {
-    /// A length of the order of the surface's extent, to begin with.
+    /// A length of the order of the surface's extent, in the input's units; the first spacing.
     pub size: f64,
     /// The part of space that particles keep to; all of it if `None`.
     pub region: Option<Region<D>>,
-    /// How densely they settle.
+    /// How densely the particles settle.
     pub spread: Spread,
-    /// Which random directions they are born in.
+    /// The seed of the random directions that particles are born in.
     pub seed: u64,
 }
 
 impl<const D: usize> Settings<D> {
-    /// Anywhere on a surface of the given extent, denser where it bends.
+    /// Settings for particles anywhere on a surface of the given extent, denser where it bends.
     #[must_use]
     pub fn new(size: f64) -> Self {
         Self {

@@ -18,36 +18,41 @@ use crate::surface::{Geometry, Node, Surface};
 pub struct Network<const D: usize, S: Surface<D>> {
     surface: S,
     sources: Vec<Node<D, S::Place>>,
+    /// For each source the first source that it is joined to.
     classes: Vec<u32>,
     trajectories: Vec<Vec<Node<D, S::Place>>>,
-    /// The particles where they came to rest, and their node in the graph and spacing.
+    /// A tree of the particles where they came to rest.
     rest: Tree<D>,
+    /// For each particle, its node in the graph, its node on the surface, and its spacing.
     rest_nodes: Vec<(u32, Node<D, S::Place>, f64)>,
     steps: usize,
 }
 
-/// Particles that tell the surface's extent beforehand, and how many more for each source.
+/// Number of particles that tell the surface's extent beforehand.
 const SCOUTS: usize = 300;
+/// Number of further such particles for each source.
 const SCOUTS_PER_SOURCE: usize = 2;
-/// Steps after which the scouts are well enough spread for that.
+/// Number of steps after which the scouts are spread well enough to tell the surface's extent.
 const SCOUT_STEPS: usize = 8;
-/// Epsilon is made this much larger than that tells, so that births end before the particles do.
+/// Factor by which epsilon is larger than the scouts tell, so that births end before the particles
+/// do.
 const SPARING: f64 = 1.1;
-/// Largest mean turning of the surface between neighbours, radians.
+/// Largest mean turning of the surface between neighbours, in radians.
 const TURNING: f64 = 0.6;
 
 impl<const D: usize, S: Surface<D>> Geodesics<D, Network<D, S>> {
-    /// Makes a surface ready for paths between `sources` by Algorithm 1: particles born at the sources
-    /// drift over the surface until all sources are joined by their trajectories and the surface is
-    /// covered by about `count` particles, or their number is reached. Sources that cannot be joined
-    /// are told by [`Network::classes`].
+    /// Makes a surface ready for paths between `sources` by Algorithm 1. Particles born at the
+    /// sources drift over the surface until all sources are joined by their trajectories and the
+    /// surface is covered by about `count` particles, or until there are that many.
+    /// [`Network::classes`] tells which sources cannot be joined.
     ///
-    /// epsilon, the distance at which particles meet, is the spacing of `count` particles, but small
-    /// enough for the surface's mean curvature. The same bits on any number of threads.
+    /// epsilon, the distance at which particles meet, is the spacing of `count` particles, but
+    /// small enough for the surface's mean curvature. The result has the same bits on any number of
+    /// threads.
     ///
     /// # Errors
-    /// [`Error::NoSources`] without a source, [`Error::NoFoot`] for a source where the surface has no
-    /// tangent space, [`Error::Endless`] where the surface has no end and no region is given.
+    /// [`Error::NoSources`] without a source, [`Error::NoFoot`] for a source where the surface has
+    /// no tangent space, [`Error::Endless`] where the surface has no end and no region is given.
     pub fn of_particles(
         surface: S,
         sources: &[Node<D, S::Place>],
@@ -105,15 +110,15 @@ impl<const D: usize, S: Surface<D>> Network<D, S> {
         &self.sources
     }
 
-    /// For each source the first source that it is joined to, directly or through others: all 0 if the
-    /// network is connected.
+    /// For each source, the first source that it is joined to, directly or through others: all 0 if
+    /// the network is connected.
     #[must_use]
     pub fn classes(&self) -> &[u32] {
         &self.classes
     }
 
-    /// The locations recorded of each particle, its birthplace first, which is a source or lies on the
-    /// trajectory of another; a source's own is itself alone.
+    /// The locations recorded of each particle. The first is its birthplace, which is a source or
+    /// lies on the trajectory of another particle; a source's trajectory is itself alone.
     #[must_use]
     pub fn trajectories(&self) -> &[Vec<Node<D, S::Place>>] {
         &self.trajectories
@@ -124,7 +129,7 @@ impl<const D: usize, S: Surface<D>> Network<D, S> {
         self.rest_nodes.iter().map(|(_, node, _)| node.point)
     }
 
-    /// Steps of the particle system.
+    /// The number of steps of the particle system.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.steps

@@ -1,36 +1,39 @@
-//! A particle: a point of the surface, how the surface bends there, and the way it came.
+//! A particle: a point of the surface, the surface's curvature there, and the way the particle
+//! came.
 
 use crate::surface::{Geometry, Node, Surface};
 use crate::{Matrix, Vector};
 
+/// A particle that floats on a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Particle<const D: usize, P> {
     pub node: Node<D, P>,
     pub frame: Frame<D>,
-    /// The source it was derived from.
+    /// The source that the particle descends from.
     pub source: u32,
-    /// Sources given by the user stay where they are.
+    /// Whether the particle stays where it is, as sources given by the user do.
     pub fixed: bool,
-    /// Where it was, from its birthplace on, a share of a spacing apart (step (d) of the procedure).
+    /// The places where the particle was, from its birthplace on, a share of a spacing apart (step
+    /// (d) of the procedure).
     pub trajectory: Vec<Node<D, P>>,
-    /// Its birthplace: a particle, and how many records that one had by then.
+    /// The birthplace: the parent particle, and the number of records that it had by then.
     pub birthplace: (u32, usize),
 }
 
 /// First- and second-order geometry at a particle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame<const D: usize> {
-    /// Columns 0..m normal, m..D tangent.
+    /// An orthonormal basis: columns 0..m are normal, m..D tangent.
     pub basis: Matrix<D>,
-    /// The shape operators squared and summed over an orthonormal basis of normals: its eigenvectors
-    /// are the principal directions v_j of a hypersurface, its eigenvalues kappa_j^2.
+    /// The square of the shape operator, summed over an orthonormal basis of normals. Its
+    /// eigenvectors are the principal directions v_j of a hypersurface, its eigenvalues kappa_j^2.
     pub bending: Matrix<D>,
-    /// The square root of its trace, (sum kappa_j^2)^(1/2).
+    /// The square root of the trace of `bending`, (sum kappa_j^2)^(1/2), 1 / length.
     pub curvature: f64,
 }
 
 impl<const D: usize> Frame<D> {
-    /// `None` where the surface has no tangent space.
+    /// The frame at a node; `None` where the surface has no tangent space.
     pub fn at<S: Surface<D>>(
         surface: &S,
         node: &Node<D, S::Place>,
@@ -57,7 +60,7 @@ impl<const D: usize> Frame<D> {
         })
     }
 
-    /// The tangential part of a vector, `m` being the codimension.
+    /// The tangential part of a vector, where `m` is the codimension.
     pub fn project(&self, v: &Vector<D>, m: usize) -> Vector<D> {
         (0..m).fold(*v, |tangential, j| {
             let normal = self.basis.column(j);

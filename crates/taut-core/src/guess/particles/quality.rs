@@ -8,16 +8,16 @@ use crate::{Vector, parallel};
 pub struct Quality {
     /// Mean distance to the nearest other point, in the surface's units.
     pub nearest: f64,
-    /// Standard deviation over mean of the nearest neighbour's distance in units of the spacing asked for
-    /// there: 0 on a lattice, 0.52 for independent points of a plane.
+    /// Standard deviation over mean of the nearest neighbour's distance, in units of the spacing
+    /// asked for there: 0 on a lattice, 0.52 for independent points of a plane.
     pub spread: f64,
     /// Spearman's rank correlation of the density with the curvature; 0 where all curvatures agree.
     pub density_follows_curvature: f64,
 }
 
-/// Neighbours that the density about a point is estimated from.
+/// Number of neighbours from which the density about a point is estimated.
 const DENSITY_NEIGHBOURS: usize = 12;
-/// Curvatures that differ by less than this share of the largest are the same.
+/// Share of the largest curvature below which two curvatures count as the same.
 const SAME_CURVATURE: f64 = 1e-9;
 
 impl Quality {
@@ -54,7 +54,7 @@ impl Quality {
     }
 }
 
-/// Curvatures in steps, so that those which differ by rounding share a rank.
+/// Curvatures rounded to steps, so that those which differ by rounding share a rank.
 fn merged(curvatures: &[f64]) -> Vec<f64> {
     let step = SAME_CURVATURE * curvatures.iter().copied().fold(0.0, f64::max);
     if step == 0.0 {
@@ -63,7 +63,8 @@ fn merged(curvatures: &[f64]) -> Vec<f64> {
     curvatures.iter().map(|c| (c / step).round()).collect()
 }
 
-/// Spearman's coefficient, the correlation of ranks; ties share the mean of theirs, 0 if all are tied.
+/// Spearman's coefficient, the correlation of ranks. Tied values share the mean of their ranks; the
+/// coefficient is 0 if all are tied.
 fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (ranks(a), ranks(b));
     let middle = 0.5 * (a.len() as f64 - 1.0);
@@ -79,6 +80,7 @@ fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
     }
 }
 
+/// The ranks of some values; tied values share the mean of their ranks.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -104,7 +106,7 @@ mod tests {
         assert_eq!(rank_correlation(&rising, &[1.0, 8.0, 9.0, 20.0]), 1.0);
         assert_eq!(rank_correlation(&rising, &[3.0, 2.0, 1.0, 0.0]), -1.0);
         assert_eq!(rank_correlation(&rising, &[5.0; 4]), 0.0);
-        // 1 - 6 sum d^2 / (n (n^2 - 1)) with d = 0, 1, 1, 0.
+        // By the formula 1 - 6 sum d^2 / (n (n^2 - 1)) with d = 0, 1, 1, 0.
         let swapped = rank_correlation(&rising, &[1.0, 3.0, 2.0, 4.0]);
         assert!((swapped - 0.8).abs() < 1e-15);
     }

@@ -1,8 +1,9 @@
-//! Random tangent directions that depend on a seed and a number alone: SplitMix64 (Steele, Lea, Flood,
-//! "Fast splittable pseudorandom number generators", OOPSLA 2014).
+//! Random tangent directions that depend on a seed and a number alone: SplitMix64 (Steele, Lea,
+//! Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014).
 
 use crate::{Matrix, Vector};
 
+/// A stream of random numbers.
 pub(super) struct Random {
     state: u64,
 }
@@ -10,7 +11,7 @@ pub(super) struct Random {
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 impl Random {
-    /// The stream of a seed for the event of that number.
+    /// The stream of a seed for the event with a number.
     pub fn new(seed: u64, number: u64) -> Self {
         let mut start = Self {
             state: seed ^ GOLDEN,
@@ -30,17 +31,18 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Above 0, below 1.
+    /// A uniform random number above 0 and below 1.
     fn uniform(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    /// Box and Muller.
+    /// A normal random number, by the method of Box and Muller.
     fn normal(&mut self) -> f64 {
         (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
     }
 
-    /// A unit tangent vector, all directions alike; columns `m`..D of the basis are tangent.
+    /// A random unit tangent vector, all directions being equally likely; columns `m`..D of the
+    /// basis are tangent.
     pub fn tangent<const D: usize>(&mut self, basis: &Matrix<D>, m: usize) -> Vector<D> {
         let along = |sum: Vector<D>, j: usize| sum + basis.column(j) * self.normal();
         (m..D).fold(Vector::zeros(), along).normalize()

@@ -1,4 +1,4 @@
-//! Samplings for their own sake: particles that all repel each other, a given number of them.
+//! Samplings for their own sake: a given number of particles that all repel each other.
 
 use crate::Vector;
 use crate::error::Error;
@@ -6,44 +6,48 @@ use crate::guess::particles::swarm::{Swarm, neighbour_count};
 use crate::guess::particles::{Quality, Settings};
 use crate::surface::{Node, Surface};
 
-/// Points well spread over a surface.
+/// Points that are well spread over a surface.
 #[derive(Clone, Debug)]
 pub struct Sampling<const D: usize, P> {
     /// The points, the sources first.
     pub nodes: Vec<Node<D, P>>,
-    /// A unit normal at each (the first of m for codimension m).
+    /// A unit normal at each point (the first of m for codimension m).
     pub normals: Vec<Vector<D>>,
-    /// (sum kappa_j^2)^(1/2) at each, kappa_j the principal curvatures, 1 / length.
+    /// The curvature (sum kappa_j^2)^(1/2) at each point, with kappa_j the principal curvatures, 1
+    /// / length.
     pub curvatures: Vec<f64>,
-    /// The distance to its neighbours that each strives for.
+    /// The distance to its neighbours that each point strives for, in the surface's units.
     pub spacings: Vec<f64>,
-    /// How well they are spread.
+    /// How well the points are spread.
     pub quality: Quality,
 }
 
-/// A particle with more room than this many spacings gives birth.
+/// Room of a particle, in spacings, above which it gives birth.
 const ROOM: f64 = 1.0;
-/// How far from its parent a particle is born, in spacings.
+/// Distance from its parent at which a particle is born, in spacings.
 const BIRTH: f64 = 0.5;
-/// When no more than this share of them do, ...
+/// Share of the particles up to which births are few.
 const FULL: f64 = 0.02;
-/// ... for a round or, as few take longer to drift apart, so many by their number more, ...
+/// Number of rounds with few births, over the number of particles, after which the spacing shrinks:
+/// few particles take longer to drift apart.
 const PATIENCE: usize = 64;
-/// ... the spacing shrinks by this factor: twice the particles on a surface.
+/// Factor by which the spacing shrinks: it makes twice the particles on a surface.
 const REFINEMENT: f64 = 0.707;
-/// Steps between births.
+/// Number of steps between births.
 const SETTLE: usize = 3;
-/// Steps at the end, and how many with the same neighbours.
+/// Number of steps at the end, which even the particles out.
 const RELAX: usize = 40;
+/// Number of those last steps with the same neighbours.
 const RELAX_PER_SEARCH: usize = 4;
-/// More particles than that a size apart show that the surface has no end.
+/// Number of particles, a size apart, above which the surface is taken to have no end.
 const ENDLESS: usize = 256;
 
-/// Spreads `count` points over the components of a surface that hold the `sources`; these stay where
-/// they are if `fixed`, and else float like all others.
+/// Spreads `count` points over the components of a surface that hold the `sources`. The sources
+/// stay where they are if `fixed`, and else float like all others.
 ///
-/// A particle with room about it gives birth to another; when none has, the spacing shrinks, until there
-/// are `count`. O(n log n) in their number; the same bits on any number of threads.
+/// A particle with room about it gives birth to another. When none has room, the spacing shrinks,
+/// until there are `count` particles. It takes O(n log n) in their number, and gives the same bits
+/// on any number of threads.
 ///
 /// ```
 /// use taut_core::Vector;
@@ -58,8 +62,9 @@ const ENDLESS: usize = 256;
 /// ```
 ///
 /// # Errors
-/// [`Error::NoSources`] without a source, [`Error::NoFoot`] for a source where the surface has no tangent
-/// space, [`Error::Endless`] where particles a size apart find no end of room and no region holds them.
+/// [`Error::NoSources`] without a source, [`Error::NoFoot`] for a source where the surface has no
+/// tangent space, [`Error::Endless`] where particles a size apart find no end of room and no region
+/// holds them.
 pub fn sample<const D: usize, S: Surface<D>>(
     surface: &S,
     sources: &[Node<D, S::Place>],
@@ -81,7 +86,7 @@ pub fn sample<const D: usize, S: Surface<D>>(
     Ok(collect(&swarm))
 }
 
-/// Births until there are `count` particles.
+/// Lets particles give birth until there are `count` of them.
 pub(super) fn fill<const D: usize, S: Surface<D>>(
     swarm: &mut Swarm<'_, D, S>,
     count: usize,

@@ -1,7 +1,7 @@
 //! Which sources are homologous: those whose particles have met, directly or through others.
 
-/// Sources in classes (union-find with path halving: Tarjan, "Efficiency of a good but not linear set
-/// union algorithm", Journal of the ACM 22, 1975).
+/// Sources in classes (union-find with path halving: Tarjan, "Efficiency of a good but not linear
+/// set union algorithm", Journal of the ACM 22, 1975).
 #[derive(Clone, Debug)]
 pub(super) struct Sources {
     parents: Vec<u32>,
@@ -9,7 +9,7 @@ pub(super) struct Sources {
 }
 
 impl Sources {
-    /// Each source by itself.
+    /// Classes of one source each.
     pub fn new(count: usize) -> Self {
         Self {
             parents: (0..count as u32).collect(),
@@ -22,7 +22,7 @@ impl Sources {
         self.classes
     }
 
-    /// The class of each source, named after its first.
+    /// The class of each source, named after the first source in it.
     pub fn class_of_each(&self) -> Vec<u32> {
         let mut classes = self.parents.clone();
         for i in 0..classes.len() {
@@ -32,6 +32,7 @@ impl Sources {
         classes
     }
 
+    /// The first source of the class of a source.
     fn first(&mut self, mut source: u32) -> u32 {
         while self.parents[source as usize] != source {
             let above = self.parents[self.parents[source as usize] as usize];
@@ -41,7 +42,7 @@ impl Sources {
         source
     }
 
-    /// Makes the classes of two sources one; says whether they were two.
+    /// Makes the classes of two sources one; returns whether they were two.
     pub fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.first(a), self.first(b));
         let (first, second) = (a.min(b), a.max(b));

@@ -16,44 +16,49 @@ pub(super) struct Swarm<'a, const D: usize, S: Surface<D>> {
     spread: Spread,
     seed: u64,
     pub particles: Vec<Particle<D, S::Place>>,
-    /// The particles about each.
+    /// The particles near each particle.
     neighbours: Vec<Vec<u32>>,
-    /// How far any particle may have moved since they were found, in its spacings.
+    /// The most that any particle may have moved since the neighbours were found, in its spacings.
     drifted: f64,
-    /// What each strives for as distance to its neighbours.
+    /// The distance to its neighbours that each particle strives for, in the input's units.
     spacings: Vec<f64>,
-    /// The distance between particles where the curvature is the mean one.
+    /// The distance between particles where the curvature is the mean one, in the input's units.
     pub epsilon: f64,
     mean_curvature: f64,
+    /// The number of births so far, which seeds the next one's random directions.
     births: u64,
     /// Whether trajectories are recorded.
     pub records: bool,
 }
 
-/// Neighbours are found anew when a particle has moved that far, in spacings.
+/// Largest move of a particle, in spacings, before neighbours are found anew.
 const STALE: f64 = 0.4;
-/// The length of the exponential, in spacings.
+/// The decay length of the exponential force, in spacings.
 const DECAY: f64 = 0.5;
-/// Where the exponential is cut off, in spacings.
+/// The distance beyond which forces are cut off, in spacings.
 const CUTOFF: f64 = 2.0;
 /// Longest step of a move, in spacings and in radii of curvature.
 const LONGEST_STEP: f64 = 0.4;
-/// A move that Newton-Raphson has to correct by more than this share of it is halved ...
+/// Largest correction of a move by Newton-Raphson, as a share of the move; a move that needs more
+/// is halved.
 const LARGEST_CORRECTION: f64 = 0.5;
-/// ... up to so many times, and then left out.
+/// Most times that a move is halved before it is left out.
 const HALVINGS: usize = 3;
-/// A location is recorded when the particle is that far from the last one, in spacings.
+/// Distance of a particle from its last recorded location at which a new one is recorded, in
+/// spacings.
 const RECORD: f64 = 1.0;
-/// Curvatures above this many mean ones count as that.
+/// Curvature, in mean curvatures, above which larger curvatures count as this one.
 const SHARPEST: f64 = 8.0;
 
-/// The spacing at a curvature of `ratio` mean ones, in epsilons: even turning between neighbours, as in
-/// (17)-(18), with a floor so that flat parts are covered too.
+/// The inverse square of the spacing, in epsilons, where the curvature is `ratio` mean ones. It
+/// gives even turning between neighbours, as in (17)-(18), with a floor so that flat parts are
+/// covered too.
 fn adapted(ratio: f64) -> f64 {
     0.25 + ratio.min(SHARPEST).powi(2)
 }
 
-/// Neighbours looked at per particle: those within the cut-off at rest.
+/// Number of neighbours that are looked at per particle of a surface of dimension k: those within
+/// the cut-off at rest.
 pub(super) fn neighbour_count(k: usize) -> usize {
     match k {
         1 => 4,
@@ -122,11 +127,13 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         D - self.surface.intrinsic_dimension()
     }
 
-    /// The mean curvature over the area that the particles stand for.
+    /// The mean curvature over the area that the particles stand for, 1 / length.
     pub fn mean_curvature(&self) -> f64 {
         self.mean_curvature
     }
 
+    /// Finds the mean curvature, each particle weighted by the area that it stands for, and then
+    /// the spacings.
     fn weigh_curvature(&mut self) {
         let k = self.surface.intrinsic_dimension() as i32;
         let (mut sum, mut area) = (0.0, 0.0);
@@ -139,18 +146,19 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         self.respace();
     }
 
-    /// Multiplies epsilon.
+    /// Multiplies epsilon by a factor.
     pub fn widen(&mut self, factor: f64) {
         self.epsilon *= factor;
         self.respace();
     }
 
+    /// Finds the spacing of each particle.
     fn respace(&mut self) {
         let spacing = |particle| self.epsilon * self.relative_spacing(particle);
         self.spacings = self.particles.iter().map(spacing).collect();
     }
 
-    /// The spacing at a particle in epsilons.
+    /// The spacing at a particle, in epsilons.
     fn relative_spacing(&self, particle: &Particle<D, S::Place>) -> f64 {
         if self.spread == Spread::Even || self.mean_curvature == 0.0 {
             return 1.0;
@@ -165,7 +173,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         self.spacings[i as usize]
     }
 
-    /// The spacing between two particles.
+    /// The mean of the spacings at two particles.
     pub fn mean_spacing(&self, i: u32, j: u32) -> f64 {
         0.5 * (self.spacing(i) + self.spacing(j))
     }
@@ -201,7 +209,8 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         (a - b).norm()
     }
 
-    /// Distance to the nearest particle of the same sheet in spacings; infinite where none is near.
+    /// Distance to the nearest particle of the same sheet, in spacings; infinite where none is
+    /// near.
     pub fn room(&self, i: u32) -> f64 {
         let same_sheet = self
             .neighbours(i)
@@ -217,7 +226,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         along(a, b, &(b.node.point - a.node.point), self.codimension())
     }
 
-    /// Finds each particle's neighbours if they may have changed; O(n log n).
+    /// Finds each particle's neighbours, if they may have changed; O(n log n).
     pub fn refresh(&mut self) {
         if self.drifted > STALE {
             self.search();
@@ -237,8 +246,8 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         self.drifted = 0.0;
     }
 
-    /// Moves every particle that is not fixed once: (4), (1) and (12). `homologous` tells whether two
-    /// sources repel each other's particles; others attract. O(n log n).
+    /// Moves every particle that is not fixed once: (4), (1) and (12). `homologous` tells whether
+    /// two sources repel each other's particles; other sources attract. O(n log n).
     pub fn step(&mut self, homologous: impl Fn(u32, u32) -> bool + Sync) {
         self.refresh();
         let this = &*self;
@@ -273,10 +282,11 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         self.weigh_curvature();
     }
 
-    /// The resultant (4), projected (1): lengths are in the particle's spacing, so that nothing depends
-    /// on the unit. The curvature term (2) is sum_j (h kappa_j)^2 <v_j, u> v_j, u the other two forces:
-    /// that orients each principal direction along the motion, and does not jump where two curvatures
-    /// are equal and principal directions mean nothing.
+    /// The resultant (4), projected (1). Lengths are measured in the particle's spacing, so that
+    /// nothing depends on the unit. The curvature term (2) is sum_j (h kappa_j)^2 <v_j, u> v_j,
+    /// where u is the sum of the other two forces. This orients each principal direction along the
+    /// motion, and does not jump where two curvatures are equal and principal directions mean
+    /// nothing.
     fn velocity(&self, i: u32, homologous: &(impl Fn(u32, u32) -> bool + Sync)) -> Vector<D> {
         let here = &self.particles[i as usize];
         let spacing = self.spacing(i);
@@ -304,7 +314,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         (tangential + curved) * (3.0 * spacing / ring)
     }
 
-    /// The node and frame one step on; `None` where it cannot go there.
+    /// The node and frame one step on; `None` where the particle cannot go there.
     fn advance(
         &self,
         i: u32,
@@ -327,7 +337,8 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         None
     }
 
-    /// Pulls a particle back after a step (12), if that stays near and within the region.
+    /// Pulls a particle back onto the surface after a step (12); `None` unless it stays near and
+    /// within the region.
     fn land(
         &self,
         from: &Particle<D, S::Place>,
@@ -347,8 +358,8 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         Some((node, frame))
     }
 
-    /// Lets a particle give birth to others, `offset` spacings away in random directions; those that
-    /// do not land are lost. Returns the number born.
+    /// Lets a particle give birth to others, `offset` spacings away in random directions; those
+    /// that do not land are lost. Returns the number of particles born.
     pub fn give_birth(&mut self, i: u32, children: usize, offset: f64) -> usize {
         let mut scratch = Geometry::new(self.codimension());
         let parent = self.particles[i as usize].clone();
@@ -375,7 +386,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             let child = self.spacings.len() as u32;
             self.spacings
                 .push(self.epsilon * self.relative_spacing(&self.particles[child as usize]));
-            // Until the next search: the child's neighbours are its parent's.
+            // Until the next search, the child's neighbours are its parent's.
             for other in &family {
                 self.neighbours[*other as usize].push(child);
             }

@@ -3,15 +3,15 @@
 use crate::Vector;
 use crate::surface::{Geometry, Node, Surface};
 
-/// Steps over a chord.
+/// Number of steps over a chord.
 const STEPS: f64 = 3.0;
-/// Steps more than that to arrive in.
+/// Number of further steps in which the walk may arrive.
 const SPARE: usize = 4;
-/// The goal is reached within this share of the chord.
+/// Distance from the goal at which it is reached, as a share of the chord.
 const ARRIVED: f64 = 1e-3;
 
-/// Walks along the surface towards a point; `false` where that leads past it, to another sheet or over
-/// a rim.
+/// Walks along the surface towards a point; `false` where the walk leads past it, to another sheet
+/// or over a rim (the boundary of the surface).
 pub(super) fn walks<const D: usize, S: Surface<D>>(
     surface: &S,
     from: &Node<D, S::Place>,

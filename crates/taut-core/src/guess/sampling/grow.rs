@@ -1,8 +1,9 @@
 //! Samples of an implicit surface, grown from starts.
 //!
-//! Each sample throws candidates one spacing away along the surface; a candidate is kept unless a sample of the same
-//! sheet lies too near (dart throwing by expansion: Bridson, "Fast Poisson Disk Sampling in Arbitrary Dimensions",
-//! SIGGRAPH 2007 sketches). The spacing shrinks where the surface bends.
+//! Each sample throws candidates one spacing away along the surface; a candidate is kept unless a
+//! sample of the same sheet lies too near (dart throwing by expansion: Bridson, "Fast Poisson Disk
+//! Sampling in Arbitrary Dimensions", SIGGRAPH 2007 sketches). The spacing shrinks where the
+//! surface bends.
 
 use std::collections::HashMap;
 
@@ -18,44 +19,49 @@ use crate::{Matrix, Vector};
 #[derive(Clone, Debug)]
 pub(super) struct Sample<const D: usize> {
     pub point: Vector<D>,
-    /// Columns 0..m normal, m..D tangent.
+    /// An orthonormal basis: columns 0..m are normal, m..D tangent.
     pub basis: Matrix<D>,
+    /// The spacing of samples here, in the input's units.
     pub spacing: f64,
-    /// The spacing that the surface's turning alone would have.
+    /// The spacing that the surface's turning alone would give, in the input's units.
     pub bent: f64,
-    /// Distance to the next sheet, as far as it was looked for.
+    /// Distance to the next sheet, as far as it was looked for, in the input's units.
     pub gap: f64,
-    /// The surface goes on from here to where there is no sample.
+    /// Whether the surface goes on from here to where there is no sample.
     pub open: bool,
 }
 
-/// What was grown.
+/// The samples that were grown.
 pub(super) struct Grown<const D: usize> {
     pub samples: Vec<Sample<D>>,
-    /// Pairs of samples of which a walk led from one to the other.
+    /// Pairs of samples with a walk from one to the other.
     pub links: Vec<[u32; 2]>,
-    /// The surface goes on beyond the region.
+    /// Whether the surface goes on beyond the region.
     pub clipped: bool,
-    /// The growth was stopped before it ended by itself.
+    /// Whether the growth was stopped before it ended by itself.
     pub stopped: bool,
 }
 
-/// Growth stops here.
+/// Number of samples at which growth stops, in up to three dimensions.
 const MOST_SAMPLES: usize = 6000;
-/// The same in so many dimensions that no number of samples covers a surface; these only suggest ways.
+/// Number of samples at which growth stops in four and more dimensions, where no number of samples
+/// covers a surface: these only suggest ways.
 const MOST_SUGGESTIONS: usize = 400;
-/// Their turning within one spacing, in radians.
+/// Most that the surface turns within one spacing in four and more dimensions, in radians, before
+/// the factor for the dimension.
 const WIDE_TURNING: f64 = 1.0;
-/// Radians that the surface turns within one spacing.
+/// Most that the surface turns within one spacing in up to three dimensions, in radians.
 const TURNING: f64 = 0.6;
-/// The least spacing, as a share of the mean so far: sharp edges and tips must not take all samples.
+/// The least spacing, as a share of the mean so far: sharp edges and tips must not take all
+/// samples.
 const FINEST: f64 = 0.25;
-/// Two samples of one sheet are at least this share of the smaller spacing apart.
+/// Least distance between two samples of one sheet, as a share of the smaller spacing.
 const EXCLUSION: f64 = 0.7;
-/// Candidates thrown per sample and tangent dimension.
+/// Number of candidates thrown per sample and tangent dimension, in three and more dimensions.
 const THROWS: usize = 5;
 
-/// Grows samples of the given spacing from the starts, each of which is begun from where no sample is near.
+/// Grows samples of the given spacing from the starts; a start is used only where no sample is near
+/// it.
 pub(super) fn grow<const D: usize, E: Equations<D>>(
     surface: &ImplicitSurface<D, E>,
     starts: &[Vector<D>],
@@ -95,6 +101,7 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
                     clipped |= !inside;
                     inside.then(|| found.keep(&point)).flatten()
                 });
+                // Where no sample can be put, the surface goes on unsampled.
                 match end {
                     Some(end) => links.push([next as u32, end]),
                     None => found.samples[next].open = true,
@@ -115,7 +122,8 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
     }
 }
 
-/// The sample at a point of the surface, its gap not yet looked for; `None` where it has no tangent space.
+/// The sample at a point of the surface, its gap not yet looked for; `None` where there is no
+/// tangent space.
 pub(super) fn measure<const D: usize, E: Equations<D>>(
     walker: &mut Walker<'_, D, E>,
     point: &Vector<D>,
@@ -125,7 +133,7 @@ pub(super) fn measure<const D: usize, E: Equations<D>>(
         return None;
     }
     let k = walker.scratch.intrinsic_dimension();
-    // The bound adds up the bends of all directions.
+    // The bound of the curvature adds up the normal curvatures of all directions.
     let turning = if k < MANY_DIMENSIONS {
         TURNING
     } else {
@@ -142,7 +150,7 @@ pub(super) fn measure<const D: usize, E: Equations<D>>(
     })
 }
 
-/// The normals agree well enough for the two points to lie on one sheet.
+/// Whether the normals at two points agree well enough for the points to lie on one sheet.
 pub(super) fn same_side<const D: usize>(a: &Matrix<D>, b: &Matrix<D>, m: usize) -> bool {
     (0..m).all(|i| {
         let normal = a.column(i);
@@ -151,7 +159,8 @@ pub(super) fn same_side<const D: usize>(a: &Matrix<D>, b: &Matrix<D>, m: usize) 
     })
 }
 
-/// Unit directions in k dimensions, spread by a low-discrepancy sequence that differs per sample.
+/// Unit directions in k dimensions, spread by a low-discrepancy sequence that differs from sample
+/// to sample.
 fn directions<const D: usize>(k: usize, sample: usize) -> Vec<[f64; D]> {
     let mut all = Vec::new();
     if k == 1 {
@@ -172,7 +181,7 @@ fn directions<const D: usize>(k: usize, sample: usize) -> Vec<[f64; D]> {
         }
         return all;
     }
-    // Gaussian deviates by Box-Muller from a fixed generator.
+    // These are Gaussian deviates by Box-Muller from a fixed generator.
     let mut state = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(sample as u64 + 1);
     let mut uniform = move || {
         state ^= state << 13;
@@ -200,11 +209,12 @@ struct Found<'a, const D: usize, E> {
     samples: Vec<Sample<D>>,
     buckets: HashMap<[i64; 3], Vec<u32>>,
     spacing: f64,
-    /// Of the spacings that turning and `spacing` alone would give the samples.
+    /// Sum of the spacings that turning and `spacing` alone would give the samples.
     sum: f64,
 }
 
 impl<const D: usize, E: Equations<D>> Found<'_, D, E> {
+    /// The bucket that holds a point.
     fn bucket(&self, x: &Vector<D>) -> [i64; 3] {
         std::array::from_fn(|i| {
             if i < D {
@@ -215,7 +225,8 @@ impl<const D: usize, E: Equations<D>> Found<'_, D, E> {
         })
     }
 
-    /// The sample at a point: one that crowds its sheet there, or a new one. `None` where there can be none.
+    /// The sample at a point: one that crowds its sheet there, or a new one. `None` where there can
+    /// be none.
     fn keep(&mut self, point: &Vector<D>) -> Option<u32> {
         let mut sample = measure(&mut self.walker, point, self.spacing)?;
         let natural = sample.spacing;

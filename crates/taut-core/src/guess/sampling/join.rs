@@ -1,4 +1,5 @@
-//! The graph of samples: two are joined where a walk along the surface leads from one to the other.
+//! The graph of samples: two samples are joined where a walk along the surface leads from one to
+//! the other.
 
 use crate::Vector;
 use crate::guess::graph::Graph;
@@ -9,11 +10,12 @@ use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::implicit::{Equations, ImplicitSurface};
 use crate::surface::{Geometry, Node, Surface};
 
-/// Samples up to this many spacings apart may be connected.
+/// Largest distance between samples that may be connected, in spacings.
 pub(super) const REACH: f64 = 1.9;
-/// Sine of the angle at which the chord to a neighbour may leave the surface.
+/// Largest sine of the angle at which the chord to a neighbour may leave the surface.
 const STEEPEST: f64 = 0.6;
-/// What is looked at is made larger by this factor while layers of other sheets fill it.
+/// Factor by which the number of neighbours that are looked at grows while layers of other sheets
+/// fill it.
 pub(super) const WIDER: usize = 4;
 
 /// Connects samples that are a step along the surface apart.
@@ -43,6 +45,8 @@ pub(super) fn join<const D: usize, E: Equations<D>>(
         let mut seen = 0;
         let mut list: Vec<u32> = Vec::new();
         let most = edge_count(D - m);
+        // Other sheets may fill the nearest neighbours, so more are asked for until enough are
+        // joined or all in reach are seen.
         let mut count = most;
         loop {
             tree.nearest(&sample.point, count, found);
@@ -88,7 +92,7 @@ fn add_links(lists: &mut [Vec<u32>], links: &[[u32; 2]]) {
     }
 }
 
-/// Makes two parts one; `false` where they were.
+/// Makes two parts one; `false` where they were one before.
 fn unite(roots: &mut [u32], i: u32, j: u32) -> bool {
     let [i, j] = [i, j].map(|mut node| {
         while roots[node as usize] != node {
@@ -101,8 +105,8 @@ fn unite(roots: &mut [u32], i: u32, j: u32) -> bool {
     i != j
 }
 
-/// Length of the arc between two samples whose chord leaves the surface at the larger of the angles at both, so that
-/// distances along the graph are not shorter than along the surface.
+/// Length of the arc between two samples whose chord leaves the surface at the larger of the angles
+/// at both, so that distances along the graph are not shorter than along the surface.
 fn arc<const D: usize>(a: &Sample<D>, b: &Sample<D>, m: usize) -> f64 {
     let chord = b.point - a.point;
     let length = chord.norm();
@@ -129,12 +133,12 @@ pub(super) fn node<const D: usize>(point: &Vector<D>) -> Node<D, Vector<D>> {
     }
 }
 
-/// The neighbours found are all there are, or go as far as is looked.
+/// Whether the neighbours found are all there are, or reach as far as is looked.
 pub(super) fn is_enough(found: &[Neighbour], asked: usize, reach: f64) -> bool {
     found.len() < asked || found.last().is_none_or(|last| last.squared > reach * reach)
 }
 
-/// Neighbours looked at per sample.
+/// Number of neighbours that are looked at per sample of a surface of dimension k.
 pub(super) fn edge_count(k: usize) -> usize {
     match k {
         1 => 6,
@@ -144,13 +148,15 @@ pub(super) fn edge_count(k: usize) -> usize {
     }
 }
 
-/// How far a neighbour may lie off the surface as its second order foretells it from a sample, as a share of the way: so
-/// much always, and so much per square of the way in spacings.
+/// How far a neighbour may always lie off the surface as the second order at a sample predicts it,
+/// as a share of the way.
 const OFF: f64 = 0.02;
+/// How much farther a neighbour may lie off the predicted surface, as a share of the way, per
+/// square of the way in spacings.
 const OFF_BY_SQUARE: f64 = 0.12;
 
-/// A neighbour lies about where the bent surface is from a sample, whose geometry is given: those of other layers mostly
-/// do not.
+/// Whether a neighbour lies about where the second order at a sample, whose geometry is given,
+/// predicts the surface. Neighbours on other layers mostly do not.
 pub(super) fn is_foretold<const D: usize>(
     geometry: &Geometry<D>,
     a: &Sample<D>,
@@ -164,7 +170,7 @@ pub(super) fn is_foretold<const D: usize>(
     off.norm() <= (OFF + OFF_BY_SQUARE * spacings * spacings) * length
 }
 
-/// The chord between two samples is short and runs along the surface at both ends.
+/// Whether the chord between two samples is short and runs along the surface at both ends.
 pub(super) fn one_step<const D: usize>(a: &Sample<D>, b: &Sample<D>, m: usize) -> bool {
     let chord = b.point - a.point;
     let length = chord.norm();

@@ -17,32 +17,35 @@ use crate::{Vector, parallel};
 pub(super) struct Net<const D: usize> {
     pub samples: Vec<Sample<D>>,
     pub tree: Tree<D>,
-    /// Largest spacing.
+    /// Largest spacing of a sample, in the input's units.
     widest: f64,
-    /// Points of the surface nearer to each other than this lie on one sheet.
+    /// Distance below which two points of the surface lie on one sheet, in the input's units.
     pub clearance: f64,
-    /// Least distance from one sheet to the next.
+    /// Least distance from one sheet to the next, in the input's units.
     pub gap: f64,
-    /// Whether the surface goes on beyond the samples, of each sample's component.
+    /// For each sample, whether the surface goes on beyond the samples of its component.
     pub open: Vec<bool>,
+    /// How much of the surface was sampled.
     pub extent: Extent,
 }
 
-/// Samples aimed for; at least a quarter and at most three times as many are accepted.
+/// Number of samples aimed for; at least a quarter and at most three times as many are accepted.
 const SAMPLES: usize = 500;
-/// Where a wider spacing leaves more than this share of too many samples, it is the turning that demands them.
+/// Share of too many samples above which, if a wider spacing leaves more, it is the surface's
+/// turning that demands them.
 const LITTLE_LESS: f64 = 0.8;
-/// The region is doubled so many times at most before a surface counts as endless.
+/// Most times that the region is doubled before a surface counts as endless.
 const MOST_DOUBLINGS: usize = 10;
-/// The same to connect the seeds on a surface without end.
+/// Most times that the region is doubled to connect the seeds on a surface without end.
 const MOST_CONNECTING: usize = 4;
-/// Seeds that the sampling is planned by.
+/// Most seeds from which the sampling is planned.
 const MOST_STARTS: usize = 128;
-/// Times that seeds on parts without samples are added.
+/// Most rounds of sampling; after each but the last, seeds on parts without samples are added.
 const MOST_ROUNDS: usize = 3;
 
 impl<const D: usize> Net<D> {
-    /// Samples the components that hold the seeds, points of the surface: within bounds where given.
+    /// Samples the components that hold the seeds, which are points of the surface, within bounds
+    /// where they are given.
     pub fn new<E: Equations<D>>(
         surface: &ImplicitSurface<D, E>,
         seeds: &[Vector<D>],
@@ -60,7 +63,8 @@ impl<const D: usize> Net<D> {
         Self::about(surface, &starts, seeds, bounds)
     }
 
-    /// Samples from the starts; without bounds all that they lead to, and of what has no end, as much as connects them.
+    /// Samples from the starts. Without bounds it samples all that they lead to; of what has no
+    /// end, it samples as much as connects the starts.
     fn about<E: Equations<D>>(
         surface: &ImplicitSurface<D, E>,
         starts: &[Vector<D>],
@@ -88,8 +92,8 @@ impl<const D: usize> Net<D> {
         Self::connecting(surface, starts, about_seeds)
     }
 
-    /// Samples of a surface without end as far about the seeds as joins them, or most of them: no farther, as more would be
-    /// coarser.
+    /// Samples a surface without end as far about the seeds as joins them, or most of them. It goes
+    /// no farther, because more samples would be coarser.
     fn connecting<E: Equations<D>>(
         surface: &ImplicitSurface<D, E>,
         starts: &[Vector<D>],
@@ -114,7 +118,7 @@ impl<const D: usize> Net<D> {
         Self::of(surface, grown, Extent::Endless)
     }
 
-    /// The net of what was grown, whose extent is the one given unless it is whole.
+    /// The net of what was grown; its extent is the one given unless all was sampled.
     fn of<E: Equations<D>>(
         surface: &ImplicitSurface<D, E>,
         grown: Grown<D>,
@@ -147,7 +151,7 @@ impl<const D: usize> Net<D> {
         (net, graph)
     }
 
-    /// The seeds that no walk leads to a sample from.
+    /// The seeds from which no walk leads to a sample.
     fn left_out<E: Equations<D>>(
         &self,
         surface: &ImplicitSurface<D, E>,
@@ -163,7 +167,7 @@ impl<const D: usize> Net<D> {
         seeds.map(|(seed, _)| *seed).collect()
     }
 
-    /// The samples a step from a point of the surface that a walk leads to.
+    /// Visits the samples a step from a point of the surface that a walk leads to.
     pub fn entrances<E: Equations<D>>(
         &self,
         point: &Vector<D>,
@@ -207,13 +211,13 @@ impl<const D: usize> Net<D> {
     }
 }
 
-/// At most [`MOST_STARTS`] of the seeds, evenly.
+/// At most [`MOST_STARTS`] of the seeds, evenly chosen.
 fn strided<const D: usize>(seeds: &[Vector<D>]) -> Vec<Vector<D>> {
     let stride = seeds.len().div_ceil(MOST_STARTS).max(1);
     seeds.iter().step_by(stride).copied().collect()
 }
 
-/// Grows about [`SAMPLES`] samples, beginning with some of the region's first spacing.
+/// Grows about [`SAMPLES`] samples, beginning with samples of the region's first spacing.
 fn evenly<const D: usize, E: Equations<D>>(
     surface: &ImplicitSurface<D, E>,
     starts: &[Vector<D>],

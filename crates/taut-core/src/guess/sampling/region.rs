@@ -10,7 +10,8 @@ pub(super) struct Region<const D: usize> {
 }
 
 impl<const D: usize> Region<D> {
-    /// A box about points, wider by their span or `size` on each side.
+    /// A box about points, wider than their span on each side by that span or `size`, whichever is
+    /// more.
     pub fn around(points: &[Vector<D>], size: f64) -> Self {
         let low = points
             .iter()
@@ -27,11 +28,12 @@ impl<const D: usize> Region<D> {
         }
     }
 
-    /// Spacing that samples of a surface that fills the box may have at first.
+    /// The spacing that samples of a surface that fills the box may have at first.
     pub fn first_spacing(&self) -> f64 {
         (self.high - self.low).amax() / 16.0
     }
 
+    /// The box with the same centre and twice the extent.
     pub fn doubled(&self) -> Self {
         let half = (self.high - self.low) * 0.5;
         Self {
@@ -40,6 +42,7 @@ impl<const D: usize> Region<D> {
         }
     }
 
+    /// Whether a point lies inside the box or on its boundary.
     pub fn holds(&self, x: &Vector<D>) -> bool {
         (0..D).all(|i| self.low[i] <= x[i] && x[i] <= self.high[i])
     }

@@ -1,8 +1,9 @@
 //! Walks along an implicit surface: what a walk reaches lies on the sheet that it began on.
 //!
-//! Two layers of a surface can be nearer to each other than two samples of one layer, and a pull-back from between them
-//! may end on either. A walk takes steps so short that the surface's second order foretells their ends: the pull-back
-//! that is left is far shorter than the step, and than the way to the next layer where that is known.
+//! Two layers of a surface can be nearer to each other than two samples of one layer, and a
+//! pull-back from between them may end on either. A walk takes steps so short that the surface's
+//! second order predicts their ends. The pull-back that is left is then far shorter than the step,
+//! and than the way to the next layer where that way is known.
 
 use crate::Vector;
 use crate::surface::implicit::{Equations, ImplicitSurface};
@@ -14,32 +15,38 @@ pub(super) struct Walker<'a, const D: usize, E> {
     pub scratch: Geometry<D>,
 }
 
-/// Radians that the surface turns within one step.
+/// Most that the surface turns within one step, in radians.
 const STEP_TURNING: f64 = 0.5;
-/// The end of a step is pulled back by at most this share of its length.
+/// Largest pull-back at the end of a step, as a share of the step's length.
 const PULL: f64 = 0.02;
-/// The same, as a share of the distance to the next sheet.
+/// Largest pull-back at the end of a step, as a share of the distance to the next sheet.
 const TUBE: f64 = 0.25;
-/// A step is so short that the third order, where the curvature changes by itself within its radius, is an eighth of the
-/// gap: curvature^2 length^3 / 6. One equation changes its sign from sheet to sheet, which tells the rest.
+/// Largest curvature^2 length^3 of a step, as a share of the distance to the next sheet (the gap).
+/// With it the third order, curvature^2 length^3 / 6 where the curvature changes by itself within
+/// its radius, is an eighth of the gap. One equation changes its sign from sheet to sheet, which
+/// tells the rest.
 const CUBIC: f64 = 0.75;
-/// A step is halved so many times before the walk is given up.
+/// Most times that a step is halved before the walk is given up.
 const MOST_HALVINGS: usize = 14;
+/// Most steps of a walk.
 const MOST_STEPS: usize = 300;
-/// What is left of the way when a walk arrives, as a share of it.
+/// What may be left of the way when a walk arrives, as a share of the way.
 const ARRIVED: f64 = 1e-5;
-/// Points of the surface nearer to each other than this share of the gap lie on one sheet.
+/// Distance below which two points of the surface lie on one sheet, as a share of the gap.
 pub(super) const CLEAR: f64 = 0.5;
-/// Probes along a normal, in spacings.
+/// Distances of the probes along a normal, in spacings.
 const PROBES: [f64; 4] = [2.0, 0.5, 0.125, 0.03125];
-/// From more normals than this each is probed less.
+/// Number of normals above which each is probed less.
 const MANY_NORMALS: usize = 3;
-/// A foot so far off the bent surface at a probe's own point, in shares of the probe's length, is still on it.
+/// Farthest that a foot may lie off the bent surface at a probe's own point and still count as on
+/// it, as a share of the probe's length.
 const BACK: f64 = 1e-3;
-/// Where no probe goes elsewhere, the next sheet is at least so many spacings away.
+/// Distance of the next sheet, in spacings, where no probe goes to another sheet: it is at least
+/// this far away.
 const FAR: f64 = 4.0;
 
-/// Points of the surface that a vector leads from one to the other lie on one sheet, as the next is farther away.
+/// Whether two points of the surface, with `way` leading from one to the other, lie on one sheet
+/// because the next sheet is farther away.
 pub(super) fn is_clear<const D: usize>(way: &Vector<D>, gap: f64) -> bool {
     way.norm_squared() <= (CLEAR * gap).powi(2)
 }
@@ -52,13 +59,14 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         }
     }
 
-    /// Puts the geometry at a point of the surface into the scratch; `false` where there is no tangent space.
+    /// Puts the geometry at a point of the surface into the scratch; `false` where there is no
+    /// tangent space.
     pub fn look(&mut self, point: &Vector<D>) -> bool {
         self.surface.geometry(point, (), &mut self.scratch)
     }
 
-    /// A step along a unit tangent from a point whose geometry is in the scratch: where it ends and how long it is, at
-    /// most `length`. `gap` is the distance to the next sheet.
+    /// A step along a unit tangent from a point whose geometry is in the scratch: the place where
+    /// it ends, and its length, which is at most `length`. `gap` is the distance to the next sheet.
     fn step(
         &mut self,
         from: &Vector<D>,
@@ -85,8 +93,8 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         None
     }
 
-    /// Where a straight walk of a length from a point along a unit tangent ends; `None` where the surface does not let
-    /// it through.
+    /// The end of a straight walk of a length from a point along a unit tangent; `None` where the
+    /// surface does not let it through.
     pub fn shoot(
         &mut self,
         from: &Vector<D>,
@@ -110,8 +118,9 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         None
     }
 
-    /// Walks from a point of the surface ever nearer to `x`, to where the tangential part of what is left is below
-    /// `exactness` times the distance at first, or none is nearer. `None` where the surface does not let it through.
+    /// Walks from a point of the surface ever nearer to `x`. The walk ends where the tangential
+    /// part of what is left is below `exactness` times the distance at first, or where no step
+    /// leads nearer. `None` where the surface does not let it through.
     pub fn toward(
         &mut self,
         from: &Vector<D>,
@@ -134,7 +143,8 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
                 return Some(point);
             }
             let tangent = along / length;
-            // Beside a point off the surface, on the side that it bends away from, the way is shorter.
+            // If `x` lies off the surface, on the side that the surface bends away from, the way
+            // along the surface is shorter than the tangential part.
             let shorter = (1.0 - to.dot(&self.scratch.bend(&tangent))).max(1.0);
             let (next, _) = self.step(&point, &tangent, length / shorter, gap)?;
             let there = (x - next).norm();
@@ -147,8 +157,8 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         None
     }
 
-    /// Whether a walk from one point of the surface arrives at another, or need not set out as the next sheet is farther
-    /// away than the other point.
+    /// Whether a walk from one point of the surface arrives at another, or need not set out because
+    /// the next sheet is farther away than the other point.
     pub fn arrives(&mut self, from: &Vector<D>, to: &Vector<D>, gap: f64) -> bool {
         is_clear(&(to - from), gap) || self.walks(from, to, gap)
     }
@@ -159,12 +169,13 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         end.is_some_and(|end| (end - to).norm() <= ARRIVED * (to - from).norm())
     }
 
-    /// The distance from a point of the surface, whose geometry is in the scratch, to the next sheet along its normals,
-    /// as far as some spacings show it.
+    /// The distance from a point of the surface, whose geometry is in the scratch, to the next
+    /// sheet along its normals, as far as some spacings show it.
     pub fn gap(&mut self, point: &Vector<D>, spacing: f64) -> f64 {
         let (basis, codimension) = (self.scratch.basis, self.scratch.codimension);
         let curvature = self.scratch.curvature_bound();
-        // A sheet that returns beside another does so along every normal: many normals need fewer probes each.
+        // A sheet that returns beside another does so along every normal, so where there are many
+        // normals each needs fewer probes.
         let probes = &PROBES[..if codimension > MANY_NORMALS {
             2
         } else {
@@ -216,7 +227,7 @@ mod tests {
             assert!(walker.look(&from));
             let found = walker.gap(&from, 0.2);
             assert!((found - gap).abs() < 0.05 * gap, "{found}");
-            // 0.8 radians on; as far on the layers beside.
+            // The point is 0.8 radians on; the layers beside are as far along.
             for (turns, arrives) in [(0.0, true), (1.0, false), (-1.0, false), (2.0, false)] {
                 let to = point(angle + 0.8 + std::f64::consts::TAU * turns, 0.4);
                 assert_eq!(

@@ -1,28 +1,31 @@
-//! Ways between two points that no samples join: walked, and if need be grown as two trees.
+//! Ways between two points that no samples join: they are walked and, if need be, grown as two
+//! trees.
 
 use crate::Vector;
 use crate::guess::sampling::walk::Walker;
 use crate::surface::implicit::Equations;
 
-/// Samples that ways are tried through: where none is known, and where some are.
+/// Number of samples that ways are tried through where no way is known.
 const MANY_VIAS: usize = 24;
+/// Number of samples that ways are tried through where some ways are known.
 const FEW_VIAS: usize = 6;
-/// Ways kept, shortest first.
+/// Most ways that are kept, shortest first.
 const MOST_WAYS: usize = 6;
-/// Attempts of the two trees to meet, and the points of a tree.
+/// Most attempts of the two trees to meet; it also limits the points of a tree.
 const MOST_ATTEMPTS: usize = 300;
-/// How near a walk comes, as a share of its way: its end is met exactly or not at all.
+/// How near a walk comes to its end, as a share of its way: the end is met exactly or not at all.
 const EXACTNESS: f64 = 1e-6;
 
-/// A tree of walks from one end: points, each with the way to it from the one before.
+/// A tree of walks from one end: points, each with the walk to it from the point before.
 struct Tree<const D: usize> {
     points: Vec<Vector<D>>,
     ways: Vec<(usize, Vec<Vector<D>>)>,
 }
 
-/// Ways between two points of the surface, of which the first walks straight where that arrives; others lead through
-/// some of the samples. Without any, trees are grown from both ends until they meet (RRT-connect: Kuffner, LaValle,
-/// "RRT-Connect: An Efficient Approach to Single-Query Path Planning", ICRA 2000).
+/// Ways between two points of the surface. The first ones are straight walks, where these arrive;
+/// others lead through some of the samples. Where there are none, trees are grown from both ends
+/// until they meet (RRT-connect: Kuffner, LaValle, "RRT-Connect: An Efficient Approach to
+/// Single-Query Path Planning", ICRA 2000).
 pub(super) fn ways<const D: usize, E: Equations<D>>(
     walker: &mut Walker<'_, D, E>,
     [from, to]: [&Vector<D>; 2],
@@ -56,6 +59,7 @@ pub(super) fn ways<const D: usize, E: Equations<D>>(
     found
 }
 
+/// The length of a way.
 fn length<const D: usize>(way: &[Vector<D>]) -> f64 {
     way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
@@ -65,7 +69,7 @@ fn reversed<const D: usize>(mut way: Vec<Vector<D>>) -> Vec<Vector<D>> {
     way
 }
 
-/// The points of a walk that arrives, ends included.
+/// The points of a walk that arrives, ends included; `None` where it does not arrive.
 fn walk<const D: usize, E: Equations<D>>(
     walker: &mut Walker<'_, D, E>,
     from: &Vector<D>,
@@ -84,7 +88,7 @@ fn walk<const D: usize, E: Equations<D>>(
     })
 }
 
-/// The points of a walk as far as it goes.
+/// The points of a walk, as far as it goes.
 fn as_far<const D: usize, E: Equations<D>>(
     walker: &mut Walker<'_, D, E>,
     from: &Vector<D>,
@@ -96,6 +100,7 @@ fn as_far<const D: usize, E: Equations<D>>(
     way
 }
 
+/// A way by two trees of walks, grown from both ends by turns until they meet.
 fn by_trees<const D: usize, E: Equations<D>>(
     walker: &mut Walker<'_, D, E>,
     from: &Vector<D>,
@@ -127,14 +132,14 @@ fn by_trees<const D: usize, E: Equations<D>>(
     None
 }
 
-/// Where the trees grow to at an attempt: samples by turns, and points of a box about all.
+/// Where the trees grow to at an attempt: samples, or points of a box about all samples.
 fn aim<const D: usize>(
     samples: &[Vector<D>],
     from: &Vector<D>,
     to: &Vector<D>,
     attempt: usize,
 ) -> Vector<D> {
-    // A fixed generator, so that the same question has the same answer.
+    // The generator is fixed, so that the same question has the same answer.
     let mut state = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(attempt as u64 + 1);
     let mut uniform = move || {
         state ^= state << 13;
@@ -164,7 +169,8 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// Walks from the point nearest to a goal as far toward it as it goes; `false` where that is nowhere.
+    /// Walks from the tree's point nearest to a goal as far toward it as the walk goes; `false`
+    /// where that is nowhere.
     fn grow<E: Equations<D>>(
         &mut self,
         walker: &mut Walker<'_, D, E>,
@@ -185,7 +191,7 @@ impl<const D: usize> Tree<D> {
         true
     }
 
-    /// The way from the root to a point.
+    /// The way from the root to a point of the tree.
     fn way(&self, mut point: usize) -> Vec<Vector<D>> {
         let mut way = vec![self.points[point]];
         while point > 0 {

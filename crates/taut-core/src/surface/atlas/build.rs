@@ -1,4 +1,9 @@
 //! Building the atlas: a chart for each sheet in each cell of the search tree.
+//!
+//! A cell's points are split by sheet, and each sheet gets a chart with a suitable scale and degree
+//! (`scale`). Points are put between rows that lie far apart (`rows`), charts that continue each
+//! other are linked (`links`), and charts that agree with none are dropped. The draft then becomes
+//! an atlas with its rims, trusts and owners of points.
 
 use rayon::slice::ParallelSliceMut;
 
@@ -14,7 +19,7 @@ use crate::surface::atlas::sheets::Workspace;
 use crate::surface::atlas::{Atlas, Lists, UNEVEN, links, rows, scale, smooth, trust};
 use crate::{Vector, parallel};
 
-/// A chart with the points it was fitted to and those of its cell, as tree indices.
+/// A chart with the points that it was fitted to and the points of its cell, as tree indices.
 #[derive(Clone)]
 pub(super) struct Built<const D: usize> {
     pub chart: Chart<D>,
@@ -23,7 +28,7 @@ pub(super) struct Built<const D: usize> {
 }
 
 impl<const D: usize> Built<D> {
-    /// The chart takes part in the blend well beyond the points of its cell.
+    /// Makes the chart take part in the blend well beyond the points of its cell.
     pub fn new(tree: &Tree<D>, mut chart: Chart<D>, members: Vec<u32>, own: Vec<u32>) -> Self {
         let extent = own
             .iter()
@@ -38,30 +43,34 @@ impl<const D: usize> Built<D> {
     }
 }
 
-/// Charts and which continue each other, before they are put together.
+/// Charts, and which of them continue each other, before they are put together.
 pub(super) struct Draft<const D: usize> {
     pub cloud: Cloud<D>,
-    /// Of the cloud's points and those put between rows of them.
+    /// A tree of the cloud's points and of those put between rows of them.
     pub tree: Tree<D>,
     pub monomials: Monomials,
     pub built: Vec<Built<D>>,
+    /// For each chart, the charts that continue it.
     pub linked: Vec<Vec<Link>>,
 }
 
-/// Radii of charts that one element of a path may span where charts are noisy.
+/// Length that one element of a path may span where charts are noisy, in radii of charts.
 const DETAIL: f64 = 2.0;
-/// Points of a cell looked at together.
+/// Most points of a cell of a grid that are looked at together.
 const MOST_POINTS: usize = 512;
-/// Turns in which charts that agree with none are dropped: where some are gone others may be left alone.
+/// Most turns in which charts that agree with none are dropped: where some are gone, others may be
+/// left alone.
 const MOST_TURNS: usize = 3;
-/// Points near one without a chart, of which those with a chart say which it goes to.
+/// Number of points near a point without a chart; those that have a chart say which chart it goes
+/// to.
 const ADOPTERS: usize = 32;
-/// A chart's support reaches this many times as far as its own points.
+/// Factor by which a chart's support reaches farther than its own points.
 const MARGIN: f64 = 1.25;
 
 impl<const D: usize> Atlas<D> {
-    /// A smooth surface of dimension `intrinsic_dimension` through the points; its cells are the leaves
-    /// of the search tree, 8 to 16 points each, or up to four of them where one polynomial follows their points.
+    /// Makes a smooth surface of dimension `intrinsic_dimension` through the points. Its cells are
+    /// the leaves of the search tree, with 8 to 16 points each, or up to four leaves where one
+    /// polynomial follows their points.
     ///
     /// # Errors
     /// [`Error::TooFewPoints`] or [`Error::NoTangentPlane`] where the points carry no such surface.
@@ -71,12 +80,13 @@ impl<const D: usize> Atlas<D> {
         Ok(Draft::of_leaves(cloud, intrinsic_dimension)?.finish())
     }
 
-    /// As [`new`](Self::new), on the cells of a grid of the given intervals, in the input's units, as in
-    /// Algorithm 2 of the paper; a corner of the grid lies at the cloud's centre. Each sheet in a cell
-    /// gets at least one chart.
+    /// Makes the surface that [`new`](Self::new) makes, but on the cells of a grid of the given
+    /// intervals, in the input's units, as in Algorithm 2 of the paper. A corner of the grid lies
+    /// at the cloud's centre. Each sheet in a cell gets at least one chart.
     ///
     /// # Errors
-    /// [`Error::BadInterval`] for an interval that is not a positive number, and those of `new`.
+    /// [`Error::BadInterval`] for an interval that is not a positive number, and the errors of
+    /// `new`.
     pub fn with_cells(
         cloud: Cloud<D>,
         intrinsic_dimension: usize,
@@ -93,7 +103,7 @@ impl<const D: usize> Atlas<D> {
 }
 
 impl<const D: usize> Draft<D> {
-    /// On the leaves of the search tree.
+    /// Makes a draft on the leaves of the search tree.
     pub fn of_leaves(cloud: Cloud<D>, intrinsic_dimension: usize) -> Result<Self, Error> {
         Self::new(cloud, intrinsic_dimension, true, |tree| {
             let leaves = tree.leaves().into_iter();
@@ -103,7 +113,8 @@ impl<const D: usize> Draft<D> {
         })
     }
 
-    /// On cells, successive ones of which may share a chart where they are leaves of the tree.
+    /// Makes a draft on cells. Successive cells may share a chart if `may_join`, which they may
+    /// where they are leaves of the tree.
     fn new(
         cloud: Cloud<D>,
         intrinsic_dimension: usize,
@@ -135,6 +146,7 @@ impl<const D: usize> Draft<D> {
         let mut tree = Tree::new(&cloud.points);
         let mut built = charted(&tree);
         let added = rows::between(&tree, &unresolved(&built, tree.points.len()));
+        // Charts are made anew with the points that were put between rows, if there are any.
         if !added.is_empty() {
             tree = Tree::new(&[cloud.points.as_slice(), &added].concat());
             built = charted(&tree);
@@ -146,6 +158,7 @@ impl<const D: usize> Draft<D> {
         }
         let mut owners = owners(&built, tree.points.len());
         let mut linked = links::links(&built, &owners, &monomials, &tree);
+        // Where charts are dropped, others may no longer agree with any.
         let mut turns = 0;
         while turns < MOST_TURNS && links::drop_stray(&mut built, &linked, &owners) {
             owners = self::owners(&built, tree.points.len());
@@ -170,7 +183,7 @@ impl<const D: usize> Draft<D> {
         self.with_rim(neighbours, sides, rim)
     }
 
-    /// For each chart those that may overlap its cell, and on which side their normals are.
+    /// For each chart, the charts that may overlap its cell, and on which side their normals are.
     pub fn neighbours(&self) -> (Lists, Vec<i8>) {
         let lists = links::neighbours(&self.built, &self.linked, &self.tree);
         let neighbours = Lists::new(lists.iter().map(|list| list.iter().map(|link| link.0)));
@@ -178,6 +191,7 @@ impl<const D: usize> Draft<D> {
         (neighbours, sides.collect())
     }
 
+    /// The atlas of these charts with their neighbours and rim.
     pub fn with_rim(self, neighbours: Lists, sides: Vec<i8>, rim: Rim<D>) -> Atlas<D> {
         let mut owner_in_tree = owners(&self.built, self.tree.points.len());
         let mut charts: Vec<Chart<D>> = self.built.into_iter().map(|b| b.chart).collect();
@@ -210,7 +224,8 @@ impl<const D: usize> Draft<D> {
     }
 }
 
-/// See [`Surface::detail`](crate::surface::Surface::detail).
+/// The wavelength of the finest detail of the surface that charts make; see
+/// [`Surface::detail`](crate::surface::Surface::detail).
 pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
     if roughness(charts) > NOISY {
         DETAIL * median(charts.iter().map(|c| c.radius))
@@ -219,18 +234,19 @@ pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
     }
 }
 
-/// What charts usually leave of their points, in spacings.
+/// The usual residual of charts, in spacings.
 pub(super) fn roughness<const D: usize>(charts: &[Chart<D>]) -> f64 {
     median(charts.iter().map(|c| c.residual / c.spacing))
 }
 
-/// Whether some charts' heights err by far more than others'.
+/// Whether the heights of some charts err by far more than those of others.
 pub(super) fn uneven<const D: usize>(charts: &[Chart<D>]) -> bool {
     let usual = median(charts.iter().map(|c| c.height_error));
     charts.iter().any(|c| c.height_error > UNEVEN * usual)
 }
 
-/// The tree's points by the cell of a grid that holds them; cells of very many points in pieces.
+/// The tree's points by the cell of a grid that holds them; cells of very many points come in
+/// pieces.
 fn grid<const D: usize>(tree: &Tree<D>, intervals: &[f64; D]) -> Vec<Vec<u32>> {
     let cell = |i: u32| -> [f64; D] {
         let point = &tree.points[i as usize];
@@ -251,7 +267,8 @@ fn grid<const D: usize>(tree: &Tree<D>, intervals: &[f64; D]) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// The charts of some leaves: a single one where it is smooth, and else those of either half.
+/// The charts of some leaves: a single one where the surface is smooth, and else those of either
+/// half.
 fn subtree<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -271,7 +288,7 @@ fn subtree<const D: usize>(
     built
 }
 
-/// The charts of one cell: one per sheet, seeded from the points not yet covered.
+/// The charts of one cell: one for each sheet, seeded from the points that are not yet covered.
 fn cell<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -287,7 +304,7 @@ fn cell<const D: usize>(
         let fitted = scale::fit(tree, monomials, gains, seed, workspace);
         let Some((mut chart, members)) = fitted.filter(|(_, members)| members.contains(&seed))
         else {
-            // An outlier, or no surface here: adopted by a chart later.
+            // The point is an outlier, or there is no surface here; a chart adopts it later.
             left.retain(|i| *i != seed);
             continue;
         };
@@ -303,7 +320,7 @@ fn cell<const D: usize>(
     built
 }
 
-/// The points in no chart or in one that does not fit them well, as ascending tree indices.
+/// The points in no chart, or in a chart that does not fit them well, as ascending tree indices.
 fn unresolved<const D: usize>(built: &[Built<D>], count: usize) -> Vec<u32> {
     let clean = built.iter().filter(|b| b.chart.clean());
     let mut left = vec![true; count];
@@ -313,7 +330,7 @@ fn unresolved<const D: usize>(built: &[Built<D>], count: usize) -> Vec<u32> {
     (0..count as u32).filter(|i| left[*i as usize]).collect()
 }
 
-/// The chart of each point, as tree indices; `u32::MAX` for points of no chart.
+/// The chart of each point, by tree index; `u32::MAX` for points of no chart.
 fn owners<const D: usize>(built: &[Built<D>], count: usize) -> Vec<u32> {
     let mut owners = vec![u32::MAX; count];
     for (i, b) in built.iter().enumerate() {
@@ -324,8 +341,8 @@ fn owners<const D: usize>(built: &[Built<D>], count: usize) -> Vec<u32> {
     owners
 }
 
-/// Points that no chart fitted go to the chart of a near point whose surface passes nearest to them:
-/// the nearest point may lie on another sheet.
+/// Gives points that no chart fitted to the chart of a near point whose surface passes nearest to
+/// them, because the nearest point may lie on another sheet.
 fn adopt<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -346,7 +363,7 @@ fn adopt<const D: usize>(
         let owned = near.filter(|owner| *owner != u32::MAX);
         owned.min_by(|a, b| miss(point, *a).total_cmp(&miss(point, *b)))
     };
-    // Where whole regions have no charts, the points that have some are searched alone.
+    // Where whole regions have no charts, only the points that have one are searched.
     let mut charted: Option<(Tree<D>, Vec<u32>)> = None;
     let mut adopted: Vec<u32> = Vec::with_capacity(orphans.len());
     for orphan in &orphans {
@@ -368,7 +385,7 @@ fn adopt<const D: usize>(
     }
 }
 
-/// The points that have a chart, and which.
+/// A tree of the points that have a chart, and the chart of each.
 fn owned<const D: usize>(tree: &Tree<D>, owners: &[u32]) -> (Tree<D>, Vec<u32>) {
     let owned = tree.points.iter().zip(owners);
     let owned = owned.filter(|(_, owner)| **owner != u32::MAX);
@@ -380,7 +397,8 @@ fn owned<const D: usize>(tree: &Tree<D>, owners: &[u32]) -> (Tree<D>, Vec<u32>) 
 mod tests {
     use super::*;
 
-    /// A roll of seven turns on a jittered grid of step 0.02, layers `gap` apart; with each point's angle.
+    /// A roll of seven turns on a jittered grid of step 0.02, with layers `gap` apart, and the
+    /// angle of each point.
     fn roll(gap: f64, turns: f64, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let mut state = seed;
         let mut jitter = || {
@@ -408,7 +426,8 @@ mod tests {
         (coordinates, angles)
     }
 
-    /// How many neighbouring charts lie on different layers, and on how many components charts are.
+    /// How many neighbouring charts lie on different layers, and on how many components the charts
+    /// are.
     fn joined(gap: f64, turns: f64, seed: u64) -> (usize, usize) {
         let (coordinates, angles) = roll(gap, turns, seed);
         let cloud = Cloud::<3>::new(&coordinates, 3).expect("finite");
@@ -438,7 +457,8 @@ mod tests {
 
     #[test]
     fn layers_stay_apart_where_chance_brings_many_points_of_two_together() {
-        // Seeds of grids in which charts of two layers agree at a quarter of the points they share.
+        // These are seeds of grids in which charts of two layers agree at a quarter of the points
+        // that they share.
         for seed in [5, 15, 20] {
             assert_eq!(joined(2.0 * 0.01526, 3.0, seed), (0, 1), "seed {seed}");
         }

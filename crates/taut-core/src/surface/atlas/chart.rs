@@ -5,36 +5,38 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::scale::NOISY;
 use crate::{Matrix, Vector};
 
-/// A local graph of the surface: heights over a tangent plane, one polynomial per normal.
+/// A local graph of the surface: heights over a tangent plane, with one polynomial for each normal.
 #[derive(Clone, Debug)]
 pub(crate) struct Chart<const D: usize> {
     /// Origin of the frame, on the chart's own surface.
     pub origin: Vector<D>,
-    /// Orthonormal: columns 0..m normal, m..D tangent.
+    /// An orthonormal frame: columns 0..m are normal, m..D tangent.
     pub frame: Matrix<D>,
-    /// Radius within which the chart takes part in the blend.
+    /// Radius within which the chart takes part in the blend, in the input's units.
     pub radius: f64,
-    /// m polynomials in tangent coordinates divided by [`scale`](Self::scale), heights in input units.
+    /// The coefficients of m polynomials in tangent coordinates that are divided by
+    /// [`scale`](Self::scale); heights are in the input's units.
     pub coefficients: Vec<f64>,
     /// Degree of the polynomials.
     pub degree: u8,
-    /// Scale of the tangent coordinates.
+    /// Length by which the tangent coordinates are divided, in the input's units.
     pub scale: f64,
-    /// Distance between neighbouring points here.
+    /// Distance between neighbouring points here, in the input's units.
     pub spacing: f64,
-    /// Root mean square of the fit's leave-one-out residuals.
+    /// Root mean square of the fit's leave-one-out residuals, in the input's units.
     pub residual: f64,
-    /// Estimated standard error of the chart's height near its origin.
+    /// Estimated standard error of the chart's height near its origin, in the input's units.
     pub height_error: f64,
-    /// What its weight in the blend is multiplied by.
+    /// The factor of the chart's weight in the blend, at most 1.
     pub trust: f64,
-    /// Estimated standard error of the blend's height near its origin.
+    /// Estimated standard error of the blend's height near the chart's origin, in the input's
+    /// units.
     pub blend_error: f64,
-    /// Near its origin it agrees with the blend to what this errs by.
+    /// Whether, near its origin, the chart agrees with the blend to what the blend errs by.
     pub stands_alone: bool,
 }
 
-/// Values and gradients of a chart's equations f = <x - o, n> - h(u), all m of them.
+/// Values and gradients of the m equations f = <x - o, n> - h(u) of a chart.
 #[derive(Clone, Debug)]
 pub(crate) struct ChartJet<const D: usize> {
     pub value: [f64; D],
@@ -51,7 +53,7 @@ impl<const D: usize> ChartJet<D> {
 }
 
 impl<const D: usize> Chart<D> {
-    /// The coordinates of `x` in the frame, and its k tangent coordinates scaled.
+    /// The coordinates of `x` in the frame, and its k tangent coordinates divided by the scale.
     fn coordinates(&self, k: usize, x: &Vector<D>) -> (Vector<D>, [f64; D]) {
         let local = self.frame.tr_mul(&(x - self.origin));
         let inverse = 1.0 / self.scale;
@@ -62,12 +64,12 @@ impl<const D: usize> Chart<D> {
         (local, u)
     }
 
-    /// Its points lie on it but for a small share of a spacing.
+    /// Whether the chart's points lie on it to within a small share of a spacing.
     pub fn clean(&self) -> bool {
         self.residual <= NOISY * self.spacing
     }
 
-    /// Height above the chart's own surface, per normal: positive along it.
+    /// The height of `x` above the chart's own surface along each normal.
     pub fn offsets(&self, monomials: &Monomials, x: &Vector<D>, out: &mut [f64]) {
         let k = monomials.variables;
         let m = D - k;
@@ -85,14 +87,16 @@ impl<const D: usize> Chart<D> {
         }
     }
 
-    /// The direction away from the chart's surface at `x`, of the first of its normals.
+    /// The gradient of the equation of the chart's first normal at `x`, which points away from the
+    /// chart's surface.
     pub fn normal(&self, monomials: &Monomials, x: &Vector<D>) -> Vector<D> {
         let mut jet = ChartJet::new();
         self.jet(monomials, x, &mut jet);
         jet.gradient[0]
     }
 
-    /// Secant of the angle between the surface at `x` and the chart's plane, of the steepest normal.
+    /// Secant of the angle between the surface at `x` and the chart's plane, for the steepest of
+    /// the normals.
     pub fn steepness(&self, monomials: &Monomials, x: &Vector<D>) -> f64 {
         let k = monomials.variables;
         let (_, u) = self.coordinates(k, x);
@@ -108,7 +112,8 @@ impl<const D: usize> Chart<D> {
         (1.0 + steepest).sqrt()
     }
 
-    /// A bound of the [`steepness`](Self::steepness) over the tangent coordinates that the chart was fitted to.
+    /// A bound of the [`steepness`](Self::steepness) over the tangent coordinates that the chart
+    /// was fitted to.
     pub fn steepest(&self, monomials: &Monomials) -> f64 {
         let count = self.coefficients.len() / (D - monomials.variables);
         let slopes = self.coefficients.chunks(count).map(|c| {
@@ -121,7 +126,7 @@ impl<const D: usize> Chart<D> {
         slopes.fold(1.0, |steepest: f64, slope| steepest.max(slope.hypot(1.0)))
     }
 
-    /// Values and gradients of the m equations at `x`.
+    /// Computes values and gradients of the m equations at `x`.
     pub fn jet(&self, monomials: &Monomials, x: &Vector<D>, out: &mut ChartJet<D>) {
         match D - monomials.variables {
             1 => self.jet_of(1, monomials, x, out),
@@ -129,7 +134,8 @@ impl<const D: usize> Chart<D> {
         }
     }
 
-    /// [`jet`](Self::jet) of m equations; inlined, so that a known m unrolls its loops.
+    /// Computes [`jet`](Self::jet) for m equations; it is inlined, so that a known m unrolls its
+    /// loops.
     #[inline(always)]
     fn jet_of(&self, m: usize, monomials: &Monomials, x: &Vector<D>, out: &mut ChartJet<D>) {
         let offset = x - self.origin;
@@ -139,8 +145,8 @@ impl<const D: usize> Chart<D> {
         }
     }
 
-    /// Value, gradient and, if asked for, Hessian of equation `a` of m at an offset from the origin.
-    /// Inlined, so that a known m unrolls its loops.
+    /// Value, gradient and, if asked for, Hessian of equation `a` of m at an offset from the
+    /// origin. It is inlined, so that a known m unrolls its loops.
     #[inline(always)]
     pub fn equation<const HESSIAN: bool>(
         &self,

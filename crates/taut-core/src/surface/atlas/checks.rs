@@ -1,6 +1,8 @@
-//! What holds of the charts of every fitted model, so that what is computed on one costs no more than its size justifies.
+//! What holds for the charts of every fitted model, so that what is computed on a model costs no
+//! more than its size justifies.
 //!
-//! The bounds are far wider than what fits of clean, noisy, uneven and torn clouds reach; they are there for damaged files.
+//! The bounds are far wider than what fits of clean, noisy, uneven and torn clouds reach; they are
+//! there for damaged files.
 
 use crate::error::Error;
 use crate::surface::atlas::chart::Chart;
@@ -8,28 +10,32 @@ use crate::surface::atlas::model::{ModelChart, expect};
 use crate::surface::atlas::rim::Disc;
 use crate::surface::atlas::{Atlas, ChartIndex};
 
-/// Lengths lie between this and its inverse.
+/// Least length that is accepted; the largest one is its inverse.
 const SMALLEST: f64 = 1e-100;
-/// A chart reaches at most so many times as far as the points that it was fitted to.
+/// Largest radius of a chart, as a multiple of its scale (the reach of the points that it was
+/// fitted to).
 pub(super) const FARTHEST: f64 = 8.0;
-/// Points on a chart are at most so many radii apart.
+/// Largest distance between points on a chart, in radii.
 const SPARSEST: f64 = 10.0;
-/// Residuals and heights in radii, the latter at a radius.
+/// Largest residual and height error of a chart, in radii.
 const ROUGHEST: f64 = 10.0;
+/// Largest height of a chart at its radius, in radii.
 const STEEPEST: f64 = 1e4;
-/// Of two charts beside each other the larger is at most so many times the smaller.
+/// Largest ratio of the radii of two charts beside each other.
 const UNEVEN: f64 = 1e3;
-/// Their origins are at least so many radii of the smaller apart, and at most so many of both.
+/// Least distance between the origins of two charts beside each other, in radii of the smaller.
 const NEAREST: f64 = 1e-3;
+/// Largest distance between the origins of two charts beside each other, in sums of their radii.
 const APART: f64 = 20.0;
-/// Discs in spacings, and how far off, in radii, the points are that they touch.
+/// Radii of the discs of a rim (the boundary of the surface), in spacings.
 const DISCS: std::ops::RangeInclusive<f64> = 1e-2..=1e3;
+/// Largest distance of the points that discs touch from the chart's origin, in radii.
 const TOUCHED: f64 = 4.0;
-/// Lengths of a rim, in radii of a disc.
+/// Largest length of rim that one disc may stand for, in radii of the disc.
 const LONGEST_SHARE: f64 = 1e3;
-/// Rounding of unit vectors and of distances that are sorted.
+/// Rounding that is allowed in unit vectors, and in distances that are sorted.
 const ROUNDING: f64 = 1e-9;
-/// Wavelengths of detail, in the smallest and in the largest radii.
+/// Least wavelength of detail in the smallest radius, and largest in the largest radius.
 const DETAIL: [f64; 2] = [0.1, 10.0];
 
 /// Refuses charts that no reader of the model would take, so that what was fitted can be kept.
@@ -151,7 +157,7 @@ pub(super) fn beside<const D: usize>(
     Ok(())
 }
 
-/// Refuses a wavelength of the finest detail that is none of these charts.
+/// Refuses a wavelength of the finest detail that does not fit the charts.
 pub(super) fn detail<const D: usize>(detail: f64, charts: &[Chart<D>]) -> Result<(), Error> {
     let radii = || charts.iter().map(|chart| chart.radius);
     let least = DETAIL[0] * radii().fold(f64::INFINITY, f64::min);
@@ -165,6 +171,7 @@ pub(super) fn detail<const D: usize>(detail: f64, charts: &[Chart<D>]) -> Result
     })
 }
 
+/// Refuses a number that lies outside its bounds.
 fn within(chart: usize, name: &str, found: f64, least: f64, most: f64) -> Result<(), Error> {
     expect(Some(chart), (least..=most).contains(&found), || {
         (
@@ -174,10 +181,10 @@ fn within(chart: usize, name: &str, found: f64, least: f64, most: f64) -> Result
     })
 }
 
-/// Refuses lists that do not say of each other what they should.
+/// Refuses lists of neighbours that do not name each other, and sides that do not belong to them.
 pub(super) fn mutual(i: usize, given: &ModelChart, charts: &[ModelChart]) -> Result<(), Error> {
     let (list, sides) = (&given.neighbours, &given.sides);
-    // Before all else: the lists are compared item by item below.
+    // This comes before all else, because the lists are compared item by item below.
     expect(Some(i), list.len() <= charts.len(), || {
         (
             format!("{} neighbours", list.len()),

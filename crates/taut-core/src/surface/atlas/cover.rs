@@ -1,10 +1,11 @@
-//! Fewer and larger charts: as large as an accuracy allows.
+//! Fewer and larger charts, as large as an accuracy allows.
 //!
-//! The charts of the cells know which points lie on one sheet and follow all that the points show. Here
-//! groups of them are replaced by one polynomial each, from the top of a hierarchy downwards as in
-//! the partition of unity of Ohtake, Belyaev, Alexa, Turk, Seidel (Multi-level partition of unity
-//! implicits, 2003): a group whose polynomial misses one of its points by more than the accuracy is
-//! halved. A chart that stands alone is kept where its group of one would not do better.
+//! The charts of the cells know which points lie on one sheet, and follow all that the points show.
+//! Here groups of them are replaced by one polynomial each, from the top of a hierarchy downwards
+//! as in the partition of unity of Ohtake, Belyaev, Alexa, Turk, Seidel (Multi-level partition of
+//! unity implicits, 2003). A group whose polynomial misses one of its points by more than the
+//! accuracy is halved. A chart that stands alone is kept where its group of one would not do
+//! better.
 
 use crate::Vector;
 use crate::spatial::principal;
@@ -15,23 +16,23 @@ use crate::surface::atlas::links::{self, Link, STEEPEST};
 use crate::surface::atlas::scale;
 use crate::surface::atlas::sheets::{Neighbourhood, Sheet, Workspace};
 
-/// A chart reaches this many times as far as the points it stands for.
+/// Factor by which a chart reaches farther than the points that it stands for.
 const MARGIN: f64 = 1.6;
-/// Share of that reach within which its weight matters.
+/// Share of a chart's radius within which its weight matters.
 const WEIGHED: f64 = 0.9;
-/// Cosine of the largest angle between normals of a group.
+/// Least cosine of the angle between normals of a group.
 const WIDEST: f64 = 0.4;
 
-/// Charts that stand for groups of others.
+/// Charts that stand for groups of other charts.
 pub(super) struct Cover<const D: usize> {
     pub built: Vec<Built<D>>,
     pub linked: Vec<Vec<Link>>,
-    /// The charts that each stands for.
+    /// For each chart, the charts that it stands for.
     pub groups: Vec<Vec<u32>>,
 }
 
-/// Covers a draft by larger charts that keep to its points within `accuracy`, in the input's units. O(n
-/// log n).
+/// Covers a draft by larger charts that keep to its points within `accuracy`, in the input's units.
+/// O(n log n).
 pub(super) fn cover<const D: usize>(draft: &Draft<D>, accuracy: f64) -> Cover<D> {
     let all = links::groups(&draft.linked);
     let larger = Larger {
@@ -52,13 +53,14 @@ pub(super) fn cover<const D: usize>(draft: &Draft<D>, accuracy: f64) -> Cover<D>
     }
 }
 
-/// How far a chart's own points lie from its origin.
+/// The largest distance of a chart's own points from its origin.
 fn reach<const D: usize>(draft: &Draft<D>, built: &Built<D>) -> f64 {
     let own = built.own.iter();
     own.map(|p| (draft.tree.points[*p as usize] - built.chart.origin).norm())
         .fold(0.0, f64::max)
 }
 
+/// What is needed to replace groups of charts by larger charts.
 struct Larger<'a, const D: usize> {
     draft: &'a Draft<D>,
     accuracy: f64,
@@ -70,7 +72,7 @@ impl<const D: usize> Larger<'_, D> {
         &self.draft.built[i as usize].chart
     }
 
-    /// The charts that stand for a connected group.
+    /// The charts that stand for a connected group: one, or those of its halves.
     fn halved(&self, group: Vec<u32>) -> Vec<(Vec<u32>, Built<D>)> {
         if let Some(built) = self.one(&group) {
             return vec![(group, built)];
@@ -84,6 +86,7 @@ impl<const D: usize> Larger<'_, D> {
         low
     }
 
+    /// The charts that stand for the connected parts of a group.
     fn pieces(&self, group: Vec<u32>) -> Vec<(Vec<u32>, Built<D>)> {
         let pieces = self.connected(&group).into_iter();
         pieces.flat_map(|piece| self.halved(piece)).collect()
@@ -125,7 +128,8 @@ impl<const D: usize> Larger<'_, D> {
         parts
     }
 
-    /// One chart for a connected group, unless it would miss a point by more than the accuracy.
+    /// One chart for a connected group; `None` where it would miss a point by more than the
+    /// accuracy.
     fn one(&self, group: &[u32]) -> Option<Built<D>> {
         let draft = self.draft;
         let point = |p: &u32| draft.tree.points[*p as usize];
@@ -156,7 +160,7 @@ impl<const D: usize> Larger<'_, D> {
         };
         let fitted = scale::fit_chart(&sheet, &neighbourhood, &mut Workspace::default())?;
         let mut chart = fitted.chart;
-        // The middle chart may know more distant points than these.
+        // The middle chart may know points that are farther off than these.
         chart.radius = radius.min(FARTHEST * chart.scale);
         chart.height_error = chart.residual;
         let members = neighbourhood.members;
@@ -212,7 +216,7 @@ impl<const D: usize> Larger<'_, D> {
     }
 }
 
-/// The links of charts that stand for groups, from those of the charts in them.
+/// The links of charts that stand for groups, from the links of the charts in the groups.
 fn linked<const D: usize>(
     draft: &Draft<D>,
     groups: &[Vec<u32>],
@@ -224,7 +228,7 @@ fn linked<const D: usize>(
             group_of[*chart as usize] = i;
         }
     }
-    // The side of its group's normal on which a chart's normal is.
+    // This is the side of its group's normal on which a chart's normal is.
     let side = |chart: u32| {
         let x = &draft.built[chart as usize].chart;
         let normal = built[group_of[chart as usize]]

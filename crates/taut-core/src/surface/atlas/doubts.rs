@@ -1,4 +1,4 @@
-//! What speaks against an answer on a cloud that its error estimates do not know of.
+//! What speaks against an answer on a cloud although its error estimates do not know of it.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::surface::atlas::{Atlas, ChartIndex};
 /// A reason to doubt all answers on a cloud. Its text is a sentence.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Doubt {
-    /// Another sheet comes so near, for the noise there is, that both may be read as one.
+    /// Another sheet comes so near, for the noise that there is, that both may be read as one.
     NearSheet {
         /// Distance of the other sheet, in spacings.
         spacings: f64,
@@ -42,27 +42,35 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Sheets nearer than so many spacings may be read as one, and where there is noise than as many of its deviations more.
+/// Distance of sheets, in spacings, below which they may be read as one where there is no noise.
 const NEAR_SHEET: f64 = 2.0;
+/// Distance that is added to [`NEAR_SHEET`] where there is noise, in deviations of the noise.
 const DEVIATIONS: f64 = 4.0;
-/// Charts and points looked at.
+/// Most charts that are looked at for other sheets.
 const LOOKED_AT: usize = 500;
+/// Most points whose neighbours are looked at for the dimension.
 const SAMPLED: usize = 64;
-/// Neighbours for each dimension and two more, below which directions are chance.
+/// Least number of neighbours per dimension plus two; with fewer, the directions are chance.
 const FEWEST: usize = 4;
-/// Along the last dimension points spread less than this share of what they do along the one before it where it is none,
-/// among the usual neighbours and twice as many; ...
+/// Largest spread of points along the last dimension, as a share of that along the one before it,
+/// where the last dimension is none: among the usual neighbours, and among twice as many.
 const FLAT: [f64; 2] = [0.3, 0.4];
-/// ... and across the surface more than this share at all scales where it has one more.
+/// Least spread of points across the surface, at all scales, as a share of that along the dimension
+/// before, where the surface has one more dimension.
 const THICK: f64 = 0.5;
-/// An end is off the surface where it is moved by so many times what points leave usually, and by this many spacings more.
+/// Distance by which an end must be moved onto the surface to count as off it, in residuals of the
+/// chart there.
 const OFF: f64 = 6.0;
+/// Distance that is added to [`OFF`] residuals for an end to count as off the surface, in spacings.
 const OFF_SPACINGS: f64 = 0.2;
+/// Largest residual of a chart that counts for [`OFF`], in usual residuals of the cloud, because
+/// charts between outliers leave more.
 const TWICE: f64 = 2.0;
 
 impl<const D: usize> Atlas<D> {
-    /// What speaks against all answers on the cloud. Looks at a sample of its charts and points: time does not grow with
-    /// their number but by the logarithm. Nothing is known of models.
+    /// What speaks against all answers on the cloud. It looks at a sample of the cloud's charts and
+    /// points, so that its time grows only with the logarithm of their number. Of models nothing is
+    /// known.
     #[must_use]
     pub fn doubts(&self) -> Vec<Doubt> {
         if !self.has_points {
@@ -78,16 +86,18 @@ impl<const D: usize> Atlas<D> {
         sheet.into_iter().chain(dimension).collect()
     }
 
-    /// How many spacings an end lies off the surface, moved by so much onto it, where that is more than points usually do.
+    /// How many spacings an end, which was moved onto the surface by `moved`, lies off it; `None`
+    /// where this is no more than points usually do.
     #[must_use]
     pub fn spacings_off(&self, node: &Node<D, ChartIndex>, moved: f64) -> Option<f64> {
         let chart = self.charts.get(node.place as usize)?;
-        // Charts between outliers leave more than others.
+        // Charts between outliers leave more than others do.
         let residual = chart.residual.min(TWICE * self.roughness * chart.spacing);
         let usual = OFF * residual + OFF_SPACINGS * chart.spacing;
         (moved > usual).then(|| moved / chart.spacing)
     }
 
+    /// The doubt about other sheets, if there is one.
     fn near_sheet(&self) -> Option<Doubt> {
         let step = self.charts.len().div_ceil(LOOKED_AT).max(1);
         let looked_at = self.charts.len().div_ceil(step);
@@ -97,12 +107,13 @@ impl<const D: usize> Atlas<D> {
         let near = NEAR_SHEET + DEVIATIONS * noise;
         let others = parallel::map(looked_at, |i| self.other_sheet((i * step) as u32, near));
         let others = sorted(others.into_iter().flatten());
-        // One chart that sees another may be an accident.
+        // One chart that sees another sheet may be an accident.
         let spacings = *others.get((looked_at / 50).max(1))?;
         (spacings < near).then_some(Doubt::NearSheet { spacings, noise })
     }
 
-    /// The number of directions in which neighbours spread, where it is not that of the surface.
+    /// The number of directions in which neighbours spread; `None` where it is the dimension of the
+    /// surface.
     fn suggested_dimension(&self) -> Option<usize> {
         let k = self.monomials.variables;
         let usual = usual_points(&self.monomials);
@@ -119,7 +130,8 @@ impl<const D: usize> Atlas<D> {
             let thick = |i: &usize| spreads[*i] > THICK * spreads[i - 1];
             (k..D).take_while(thick).count()
         };
-        // Most surfaces are thin at the first scale already, and the others need not be looked at.
+        // Most surfaces are thin at the first scale already, and then the other scales need not be
+        // looked at.
         let mut least = across(&same);
         for neighbours in [usual / 3, 2 * usual, 4 * usual] {
             if least > 0
@@ -131,8 +143,9 @@ impl<const D: usize> Atlas<D> {
         (least > 0).then_some(k + least)
     }
 
-    /// How far so many neighbours spread along their principal directions, in terms of the first and largest first: the
-    /// median over points all over the cloud; `None` where the cloud has hardly more.
+    /// How far `neighbours` neighbours spread along their principal directions, the largest first,
+    /// as shares of the largest: the median over points all over the cloud. `None` where the cloud
+    /// has hardly more points.
     fn spreads(&self, neighbours: usize) -> Option<[f64; D]> {
         let points = &self.tree.points;
         if points.len() < 3 * neighbours || neighbours < FEWEST * (self.monomials.variables + 2) {

@@ -1,9 +1,10 @@
 //! Weighted least squares for a chart's heights, of all degrees at once.
 //!
-//! With the normal matrix V'WV = L L' of the highest degree (kept as its transpose, by rows), the rows z = L^-1 v are the monomials made
-//! orthonormal over the samples in order of degree: every lower degree is a leading part of the same
-//! factor, and predictions, leverages and leave-one-out residuals of all degrees are partial sums.
-//! All that has an entry for each sample is kept in columns, so that loops run over samples.
+//! Let V'WV = L L' be the normal matrix of the highest degree; L is kept as its transpose, by rows.
+//! The rows z = L^-1 v are then the monomials made orthonormal over the samples in order of degree.
+//! Every lower degree is a leading part of the same factor, and the predictions, leverages and
+//! leave-one-out residuals of all degrees are partial sums. Everything that has an entry for each
+//! sample is kept in columns, so that loops run over samples.
 
 use crate::Vector;
 use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
@@ -13,15 +14,15 @@ use crate::surface::atlas::polynomial::{HIGHEST_DEGREE, Monomials};
 pub(crate) struct Samples {
     /// k columns of tangent coordinates, of size about 1.
     pub coordinates: Vec<f64>,
-    /// m columns of heights.
+    /// m columns of heights, in the input's units.
     pub heights: Vec<f64>,
-    /// Weights.
+    /// The weight of each sample.
     pub weights: Vec<f64>,
 }
 
 impl Samples {
-    /// Takes points in a frame, m heights and then tangent coordinates, weighted towards the origin;
-    /// returns the scale by which it divides the coordinates.
+    /// Takes points in a frame, each with m heights and then its tangent coordinates, weighted
+    /// towards the origin. Returns the scale by which it divides the coordinates.
     pub fn set<const D: usize>(
         &mut self,
         m: usize,
@@ -60,58 +61,63 @@ impl Samples {
 /// How well one degree fits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quality {
-    /// Weighted root mean square of leave-one-out residuals (over all m heights).
+    /// Weighted root mean square of leave-one-out residuals, over all m heights.
     pub leave_one_out: f64,
-    /// Weighted root mean square residual corrected for the degrees of freedom.
+    /// Weighted root mean square residual, corrected for the degrees of freedom.
     pub sigma: f64,
 }
 
 /// A factored least-squares problem; its memory serves the next one.
 #[derive(Default)]
 pub(crate) struct LeastSquares {
+    /// The number of samples.
     rows: usize,
     /// Number of coefficients of the highest degree that the samples might determine.
     count: usize,
-    /// Degree of those that they do determine.
+    /// The highest degree whose coefficients the samples do determine.
     degree: usize,
-    /// L', row-major upper triangle, stride `count`.
+    /// L' as an upper triangle by rows, stride `count`.
     triangle: Vec<f64>,
-    /// L^-1 V'Wh, `count` for each height.
+    /// L^-1 V'Wh, `count` entries for each height.
     projected: Vec<f64>,
-    /// A column for each monomial v, ...
+    /// A column of values at the samples for each monomial v.
     columns: Vec<f64>,
-    /// ... made orthonormal to z when first needed.
+    /// Whether the columns have been made orthonormal, to z, which is done when first needed.
     orthonormal: bool,
     /// A column of intermediate values.
     weighted: Vec<f64>,
     residuals: Vec<f64>,
-    /// Squares of what is left out, as they come and in order.
+    /// Squares of what leaving out a sample leaves of it, in the order of the samples.
     squares: Vec<f64>,
+    /// Those squares of the samples near the origin, sorted.
     sorted: Vec<f64>,
 }
 
-/// Samples whose residual is compared with a neighbour's.
+/// Most samples whose residual is compared with a neighbour's.
 const PROBED: usize = 64;
 
-/// Samples of more than this weight say how far off the fit they usually lie; the median of a normal deviate's square.
+/// Weight of a sample above which it helps to say how far off the fit samples usually lie.
 const INNER: f64 = 0.25;
+/// The median of a normal deviate's square.
 const MEDIAN_SQUARE: f64 = 0.455;
-/// Samples whose own share of the fit at their place leaves less than this to the others are no strays.
+/// Least share that a sample's own weight in the fit at its place must leave to the others for it
+/// to be judged a stray.
 const LEAST_LEFT: f64 = 0.5;
-/// Squares so many times as large as the largest of noise are strays', as medians of few samples err, ...
+/// Factor by which a stray's square exceeds the largest of noise, as medians of few samples err.
 const STRAY: f64 = 2.5;
-/// ... if the median of so many beside them is that many times smaller, ...
+/// Number of samples beside a stray that are compared with it.
 const BESIDE: usize = 5;
+/// Factor by which the square of a stray exceeds the median square of the samples beside it.
 const ALONE: f64 = 25.0;
-/// ... and they are no more than one in so many.
+/// Strays are no more than one in this many samples.
 const FEW_STRAYS: usize = 6;
-/// A pivot below this share of the largest means that the samples do not determine the coefficient.
+/// Pivot, as a share of the largest, below which the samples do not determine the coefficient.
 const SMALLEST_PIVOT: f64 = 1e-9;
 
 impl LeastSquares {
-    /// Factors up to `highest` degree and returns the degree reached; `None` where the samples do not
-    /// even determine a constant and slopes. With coordinates of size 1 the condition leaves ten
-    /// digits. O(n c^2).
+    /// Factors up to the degree `highest` and returns the degree reached; `None` where the samples
+    /// do not even determine a constant and slopes. With coordinates of size 1 the condition leaves
+    /// ten digits. O(n c^2).
     pub fn factor(
         &mut self,
         monomials: &Monomials,
@@ -157,7 +163,7 @@ impl LeastSquares {
         Some(self.degree)
     }
 
-    /// The coefficients of a degree up to the one reached, one row per height.
+    /// The coefficients of a degree up to the one reached, one row for each height.
     pub fn coefficients(&self, monomials: &Monomials, degree: usize, coefficients: &mut Vec<f64>) {
         let used = monomials.count(degree);
         coefficients.clear();
@@ -194,7 +200,8 @@ impl LeastSquares {
         }
     }
 
-    /// The quality of fit of degrees 1, 2, ... up to the one reached; the others' is unspecified.
+    /// The quality of fit of the degrees from 1 to the one reached; that of higher degrees is
+    /// unspecified.
     pub fn qualities(
         &mut self,
         monomials: &Monomials,
@@ -232,9 +239,11 @@ impl LeastSquares {
         sums.map(|sum| sum.quality())
     }
 
-    /// The samples that the others leave far off, of which there are few: outliers, which would pull the fit towards
-    /// them. By what leaving each out leaves of it in the highest degree, right after [`qualities`](Self::qualities),
-    /// whose residuals it looks at. Among noise there are none, and nothing is far off that is off by less than `least`.
+    /// Finds the strays: samples that the others leave far off, of which there are few. They are
+    /// outliers, which would pull the fit towards them. They are judged by what leaving each sample
+    /// out leaves of it in the highest degree, right after [`qualities`](Self::qualities), whose
+    /// residuals are used. Among noise there are none, and no sample is far off that is off by less
+    /// than `least`.
     pub fn strays(&mut self, samples: &Samples, least: f64, strays: &mut Vec<u32>) {
         strays.clear();
         let rows = self.rows;
@@ -277,8 +286,8 @@ impl LeastSquares {
         strays.retain(|stray| self.is_alone(samples, *stray as usize));
     }
 
-    /// Whether the samples right beside one lie much nearer to the fit: where the surface has detail that the polynomial
-    /// does not follow, they are off as well.
+    /// Whether the samples right beside a sample lie much nearer to the fit. Where the surface has
+    /// detail that the polynomial does not follow, they are off as well.
     fn is_alone(&self, samples: &Samples, stray: usize) -> bool {
         let rows = self.rows;
         let mut beside = [(f64::INFINITY, 0.0); BESIDE];
@@ -295,8 +304,9 @@ impl LeastSquares {
         off[BESIDE / 2] * ALONE < self.squares[stray]
     }
 
-    /// Correlation of each sample's residual with its nearest neighbour's: near 0 for noise, near 1
-    /// where the polynomial does not follow the surface. Over some [`PROBED`] of the samples: O(n).
+    /// Correlation of each sample's residual with that of its nearest neighbour: near 0 for noise,
+    /// near 1 where the polynomial does not follow the surface. It is taken over about [`PROBED`]
+    /// of the samples, in O(n).
     pub fn misfit(&mut self, monomials: &Monomials, degree: usize, samples: &Samples) -> f64 {
         self.orthonormalise(monomials.count(self.degree));
         let rows = self.rows;
@@ -341,7 +351,7 @@ impl LeastSquares {
     }
 }
 
-/// Solves L y = x in place for the leading part of length x.len(), given L' by rows.
+/// Solves L y = x in place for the leading part of length x.len(), where L' is given by rows.
 fn forward(triangle: &[f64], stride: usize, x: &mut [f64]) {
     let used = x.len();
     for j in 0..used {
@@ -352,6 +362,7 @@ fn forward(triangle: &[f64], stride: usize, x: &mut [f64]) {
     }
 }
 
+/// Sums over the samples from which the quality of one degree follows.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     weight: f64,
@@ -392,7 +403,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
-/// The least value, by eight side by side.
+/// The least value, by eight comparisons side by side.
 fn least(values: &[f64]) -> f64 {
     let smaller = |a: f64, b: f64| if b < a { b } else { a };
     let (chunks, rest) = values.as_chunks::<8>();
@@ -409,14 +420,15 @@ fn least(values: &[f64]) -> f64 {
         .fold(f64::INFINITY, smaller)
 }
 
-/// target += factor * values.
+/// Adds `factor` times `values` to `target`.
 fn add(target: &mut [f64], factor: f64, values: &[f64]) {
     for (entry, value) in target.iter_mut().zip(values) {
         *entry += factor * value;
     }
 }
 
-/// Cholesky in place on the row-major upper triangle; returns how many leading rows are regular.
+/// Cholesky factorisation in place on the upper triangle by rows; returns how many leading rows are
+/// regular.
 fn cholesky(a: &mut [f64], count: usize) -> usize {
     let largest = (0..count).map(|i| a[i * count + i]).fold(0.0, f64::max);
     for j in 0..count {

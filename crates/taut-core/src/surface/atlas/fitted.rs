@@ -1,4 +1,8 @@
 //! Fitting: an implicit surface F = 0 of a cloud, as smooth as an accuracy allows.
+//!
+//! The atlas of the cloud is covered by charts as large as keep to its points within the accuracy
+//! (`cover`), and the charts of a hypersurface are turned to one side (`orient`). The result is an
+//! atlas of fewer charts that keeps the rims (the boundary of the surface) of the first one.
 
 use crate::cloud::Cloud;
 use crate::error::Error;
@@ -14,29 +18,32 @@ use crate::{Vector, parallel};
 /// How a surface is fitted.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FitSettings<'a> {
-    /// Distance from the surface within which the points must lie, in the input's units; a thousandth of
-    /// the diagonal of the points' box if `None`. A larger one smooths more and makes fewer charts.
+    /// Distance from the surface within which the points must lie, in the input's units; a
+    /// thousandth of the diagonal of the points' box if `None`. A larger one smooths more and makes
+    /// fewer charts.
     pub accuracy: Option<f64>,
-    /// Normals, as many coordinates a row as the points have, a row for each row of the input; rows that are
-    /// zero or not finite say nothing. Their lengths do not matter.
+    /// Normals, one row for each row of the input with as many coordinates as the points have. Rows
+    /// that are zero or not finite say nothing. The lengths of normals do not matter.
     pub normals: Option<&'a [f64]>,
 }
 
-/// What came of a fit. Lengths are in the input's units.
+/// The result of a fit. Lengths are in the input's units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The accuracy asked for.
     pub accuracy: f64,
-    /// Root mean square distance of the points from the surface, those without a foot on it left out.
+    /// Root mean square distance of the points from the surface; points without a foot on it are
+    /// left out.
     pub residual: f64,
-    /// Largest distance of a point from the surface, those without a foot on it left out.
+    /// Largest distance of a point from the surface; points without a foot on it are left out.
     pub largest_residual: f64,
-    /// Points farther from the surface than the accuracy, or without a foot on it: outliers, and points at
-    /// creases or in noise that no chart follows.
+    /// The number of points farther from the surface than the accuracy, or without a foot on it:
+    /// outliers, and points at creases or in noise that no chart follows.
     pub beyond: usize,
-    /// Pairs of neighbouring charts whose normals no choice of sides reconciles: 0 where F has two sides.
+    /// The number of pairs of neighbouring charts whose normals no choice of sides reconciles; 0
+    /// where F has two sides.
     pub contradictions: usize,
-    /// Points whose given normal points to the other side than F's gradient.
+    /// The number of points whose given normal points to the other side than F's gradient.
     pub normals_against: usize,
 }
 
@@ -44,13 +51,13 @@ pub struct Fit {
 const USUAL_ACCURACY: f64 = 1e-3;
 
 impl<const D: usize> Atlas<D> {
-    /// Fits a surface of dimension `intrinsic_dimension` of charts as large as keep to the points within an
-    /// accuracy. For hypersurfaces the sides are told apart: F is positive where the given normals point to,
-    /// else outside of what a component encloses.
+    /// Fits a surface of dimension `intrinsic_dimension` of charts that are as large as keep to the
+    /// points within an accuracy. For hypersurfaces the sides are told apart: F is positive on the
+    /// side that the given normals point to, or else outside of what a component encloses.
     ///
     /// # Errors
-    /// [`Error::BadAccuracy`] for an accuracy that is no positive length, [`Error::BadFit`] where the charts are none that
-    /// [`Atlas::from_model`] would take, and those of [`Atlas::new`].
+    /// [`Error::BadAccuracy`] for an accuracy that is no positive length, [`Error::BadFit`] where
+    /// [`Atlas::from_model`] would not take the charts, and the errors of [`Atlas::new`].
     ///
     /// # Panics
     /// If there are normals, but not a row for each row of the input.
@@ -68,6 +75,7 @@ impl<const D: usize> Atlas<D> {
             return Err(Error::BadAccuracy { found: accuracy });
         }
         let draft = Draft::of_leaves(cloud, intrinsic_dimension)?;
+        // The rims are found on the small charts, before larger ones replace these.
         let rim = Rim::new(&draft, &draft.neighbours().0);
         let Cover {
             built,
@@ -120,7 +128,7 @@ impl<const D: usize> Atlas<D> {
     }
 }
 
-/// Of the points' box.
+/// The diagonal of the points' box.
 fn diagonal<const D: usize>(cloud: &Cloud<D>) -> f64 {
     let corner = |choose: fn(&Vector<D>, &Vector<D>) -> Vector<D>| {
         let points = cloud.points.iter();
@@ -129,7 +137,7 @@ fn diagonal<const D: usize>(cloud: &Cloud<D>) -> f64 {
     (corner(Vector::sup) - corner(Vector::inf)).norm()
 }
 
-/// The normals given by row, by tree index; zero where unknown.
+/// The normals that were given by row, by tree index; zero where unknown.
 fn in_tree<const D: usize>(draft: &Draft<D>, rows: &[f64]) -> Vec<Vector<D>> {
     let cloud = &draft.cloud;
     let dimension = rows.len() / cloud.point_of_row.len();

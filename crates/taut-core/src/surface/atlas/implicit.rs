@@ -1,8 +1,8 @@
 //! The blend as one function F of space.
 //!
-//! A path knows the chart that it is on; a point of space does not. It is looked at from the chart whose
-//! surface passes nearest to it, so that of two layers the nearer one counts. Beyond the charts' supports F is the
-//! signed distance to that surface: it has the right side, but no more.
+//! A path knows the chart that it is on; a point of space does not. It is seen from the chart whose
+//! surface passes nearest to it, so that of two layers the nearer one counts. Beyond the charts'
+//! supports F is the signed distance to that surface: it has the right side, but no more.
 
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::{Atlas, CROSSING, ChartIndex};
@@ -12,35 +12,40 @@ use crate::{Matrix, Vector};
 /// F at a point, with its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Level<const D: usize> {
-    /// F: 0 on the surface, about the signed distance from it near it, in the input's units.
+    /// F: 0 on the surface, and near it about the signed distance from it, in the input's units.
     pub value: f64,
-    /// Its gradient.
+    /// The gradient of F.
     pub gradient: Vector<D>,
-    /// Its second derivatives.
+    /// The second derivatives of F.
     pub hessian: Matrix<D>,
-    /// Whether charts reach the point. Where none does, F is the signed distance to the nearest chart.
+    /// Whether charts reach the point. Where none does, F is the signed distance to the nearest
+    /// chart.
     pub charted: bool,
-    /// Whether the point of the surface near it lies beyond a rim: in a hole, or past the end of the data.
+    /// Whether the point of the surface near it lies beyond a rim (the boundary of the surface): in
+    /// a hole, or past the end of the data.
     pub beyond_rim: bool,
 }
 
-/// Points next to a point of space whose charts may be the nearest.
+/// Number of points next to a point of space whose charts may be the nearest.
 const CANDIDATES: usize = 8;
-/// How far points lie from the surface at most, in residuals, or if that is more in spacings.
+/// How far points lie from the surface at most, in residuals.
 const FARTHEST_POINT: f64 = 10.0;
+/// How far points may lie from the surface in any case, in spacings.
 const LEAST_FARTHEST: f64 = 0.01;
-/// The share of a support within which its chart counts.
+/// Share of a support within which its chart counts.
 const WITHIN: f64 = 0.9;
-/// Steps to the point of a chart next to another.
+/// Most steps along a chart towards the point of it nearest to a point of space.
 const SLIDES: usize = 4;
-/// Rims are looked for on the way from a chart's origin, so many spacings apart, ...
+/// Distance between the places on the way from a chart's origin at which rims are looked for, in
+/// spacings.
 const LOOK: f64 = 1.5;
-/// ... and at so many places at most.
+/// Most places on the way from a chart's origin at which rims are looked for.
 const MOST_LOOKS: f64 = 64.0;
 
 impl<const D: usize> Atlas<D> {
-    /// F at a point in the input's coordinates; `None` for surfaces of several normals. Of one sign on each
-    /// side of a closed surface if the charts' sides are known, as a [fit](Atlas::fit)'s are.
+    /// F at a point in the input's coordinates; `None` for surfaces of several normals. F has one
+    /// sign on each side of a closed surface if the charts' sides are known, as those of a
+    /// [fit](Atlas::fit) are.
     ///
     /// O(log n).
     #[must_use]
@@ -64,8 +69,9 @@ impl<const D: usize> Atlas<D> {
         })
     }
 
-    /// About how far at most the points that a chart was fitted to lie from the surface near it: ten times the largest
-    /// residual (root mean square) of a chart that is blended with it, or a hundredth of its spacing.
+    /// About how far, at most, the points that a chart was fitted to lie from the surface near it.
+    /// This is ten times the largest residual (root mean square) of a chart that is blended with
+    /// it, or a hundredth of its spacing if that is more.
     #[must_use]
     pub fn farthest_point(&self, chart: ChartIndex) -> f64 {
         let beside = self.neighbours.of(chart).iter();
@@ -84,10 +90,11 @@ impl<const D: usize> Atlas<D> {
         charts.any(|chart| (x - chart.origin).norm_squared() < chart.radius * chart.radius)
     }
 
-    /// The chart whose surface passes nearest to `x`, among those of the points next to it, and where.
+    /// The chart whose surface passes nearest to `x`, among those of the points next to it, and the
+    /// point where it does.
     ///
-    /// Of a model, whose charts may be much larger than its layers are apart, all charts come into question whose support
-    /// is near enough.
+    /// On a model, whose charts may be much larger than its layers are apart, all charts are
+    /// considered whose support is near enough.
     pub(super) fn nearest_chart(&self, x: &Vector<D>) -> (ChartIndex, Vector<D>) {
         if let Some(supports) = &self.supports {
             let gap = |chart, most| self.gap_within(chart, x, most);
@@ -113,8 +120,8 @@ impl<const D: usize> Atlas<D> {
         (best.0, best.1)
     }
 
-    /// The point of a chart's part of the surface next to `x`: above the point of its disc of half the
-    /// support's radius that is next to `x`.
+    /// The point of a chart's part of the surface next to `x`. It lies above the point next to `x`
+    /// of the disc of half the support's radius.
     fn nearest_on(&self, chart: &Chart<D>, x: &Vector<D>) -> Vector<D> {
         let offset = x - chart.origin;
         let normals = D - self.monomials.variables;
@@ -134,8 +141,9 @@ impl<const D: usize> Atlas<D> {
         (0..normals).fold(flat, |point, a| point - chart.frame.column(a) * heights[a])
     }
 
-    /// The squared distance from `x` to the part of a chart's surface within its support and not across a rim from its
-    /// origin; rims are not looked at where it is more than `most` without them.
+    /// The squared distance from `x` to the part of a chart's surface that lies within its support
+    /// and not across a rim from its origin. Rims are not looked at where the distance without them
+    /// is more than `most`.
     fn gap_within(&self, index: ChartIndex, x: &Vector<D>, most: f64) -> f64 {
         let chart = &self.charts[index as usize];
         let normals = D - self.monomials.variables;
@@ -156,7 +164,8 @@ impl<const D: usize> Atlas<D> {
         let mut flat = along(x - chart.origin);
         let mut point = lifted(&flat);
         for _ in 0..SLIDES {
-            // To the foot of x on the tangent plane at the point, where there is but one normal.
+            // Where there is only one normal, the step leads to the foot of x on the tangent plane
+            // at the point.
             let normal = chart.normal(&self.monomials, &point);
             let off = x - point;
             let slide = off - normal * (normal.dot(&off) / normal.norm_squared());
@@ -174,7 +183,8 @@ impl<const D: usize> Atlas<D> {
         (x - self.inside_rims(index, &flat, point, lifted)).norm_squared()
     }
 
-    /// The last point before a rim on the way from a chart's origin to a point of it, along its tangent plane.
+    /// The last point before a rim on the way from a chart's origin to a point of it, along its
+    /// tangent plane.
     fn inside_rims(
         &self,
         index: ChartIndex,
@@ -198,7 +208,8 @@ impl<const D: usize> Atlas<D> {
         point
     }
 
-    /// The signed distance to a point of a chart's surface, on whose side of it `x` lies.
+    /// The signed distance to a point of a chart's surface, by the side of the surface on which `x`
+    /// lies.
     fn signed_distance(&self, x: &Vector<D>, home: ChartIndex, point: &Vector<D>) -> Level<D> {
         let offset = x - point;
         let distance = offset.norm();

@@ -1,6 +1,7 @@
-//! Values with first and, if asked for, second derivatives: what the blend of charts is computed in.
+//! Values with first and, if asked for, second derivatives, in which the blend of charts is
+//! computed.
 //!
-//! All is inlined, so that what is not asked for costs nothing and sums stay in registers.
+//! Everything is inlined, so that what is not asked for costs nothing and sums stay in registers.
 
 use crate::{Matrix, Vector};
 
@@ -23,7 +24,8 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
         }
     }
 
-    /// A chart's weight (1 - r^2/R^2)^4 at an offset from its origin, r < R, times how far it is trusted.
+    /// A chart's weight (1 - r^2/R^2)^4 at an offset from its origin, r < R, times the chart's
+    /// trust.
     #[inline(always)]
     pub fn weight(offset: &Vector<D>, radius: f64, trust: f64) -> Self {
         let inverse = 1.0 / (radius * radius);
@@ -48,7 +50,7 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
         self.bend(|i, j| other.hessian[(i, j)]);
     }
 
-    /// Adds `factor` times a product.
+    /// Adds `factor` times the product of two functions.
     #[inline(always)]
     pub fn add_product(&mut self, factor: f64, f: &Self, g: &Self) {
         let (value, slope) = (factor * g.value, g.gradient * factor);

@@ -1,23 +1,27 @@
-//! Points all over a surface, from its charts alone: a lattice on each, as far as no other chart knows more of the place.
+//! Points all over a surface, from its charts alone: a lattice on each chart, as far as no other
+//! chart knows more of the place.
 
 use crate::surface::atlas::{Atlas, ChartIndex};
 use crate::surface::{Geometry, Node, Surface};
 use crate::{Vector, parallel};
 
-/// Points for each chart: so many resolve the blend, and more do not know more of it.
+/// Least and largest number of points for each chart: the least resolves the blend, and more than
+/// the largest do not know more of it.
 const POINTS: std::ops::RangeInclusive<usize> = 24..=400;
-/// Models of few charts have as many points as suffice for smooth surfaces, large ones no more than clouds of usual size.
+/// Number of points that suffices for smooth surfaces; models of few charts have this many.
 const SUFFICE: usize = 16_000;
+/// Most points of a model, no more than clouds of usual size have.
 const MOST: usize = 400_000;
-/// Spacings grow by this share of the way from a chart to the next.
+/// Growth of the spacing, as a share of the way from a chart to the next.
 const GRADING: f64 = 0.3;
-/// Steps from the middle of a chart to its edge by which its area is measured.
+/// Number of steps from the middle of a chart to its edge by which its area is measured.
 const MEASURED: f64 = 10.0;
 
 impl<const D: usize> Atlas<D> {
-    /// Points all over a two-dimensional surface within its rims, nearer to each other where charts are smaller.
+    /// Points all over a two-dimensional surface within its rims, closer together where charts are
+    /// smaller.
     ///
-    /// O(n) in their number, which is in proportion to that of the charts.
+    /// O(n) in the number of points, which is in proportion to that of the charts.
     pub(crate) fn spread(&self) -> Vec<Node<D, ChartIndex>> {
         let charts = self.charts.len();
         let most = SUFFICE.min(charts * POINTS.end());
@@ -30,7 +34,7 @@ impl<const D: usize> Atlas<D> {
         self.lattice(|chart| share * sizes[chart as usize])
     }
 
-    /// The radius of the smallest chart about one, those farther off counting as larger.
+    /// The radius of the smallest chart about a chart, where those farther off count as larger.
     fn graded(&self, chart: ChartIndex) -> f64 {
         let origin = self.charts[chart as usize].origin;
         let others = self.neighbours.of(chart).iter().map(|other| {
@@ -40,6 +44,7 @@ impl<const D: usize> Atlas<D> {
         others.fold(f64::INFINITY, f64::min)
     }
 
+    /// The points on a lattice on each chart, with a spacing for each, that lie within the rims.
     fn lattice(&self, spacing: impl Fn(ChartIndex) -> f64 + Sync) -> Vec<Node<D, ChartIndex>> {
         let scratch = || Geometry::new(D - self.monomials.variables);
         let of_chart = |scratch: &mut Geometry<D>, i: usize| {
@@ -56,14 +61,16 @@ impl<const D: usize> Atlas<D> {
         parallel::map_with(self.charts.len(), scratch, of_chart).concat()
     }
 
-    /// The area of the part of a chart that it knows more of than others do, along its tangent plane.
+    /// The area, along its tangent plane, of the part of a chart that it knows more of than others
+    /// do.
     fn own_area(&self, chart: ChartIndex) -> f64 {
         let step = self.charts[chart as usize].radius / MEASURED;
         self.steps(chart, step).len() as f64 * step * step
     }
 
-    /// Points of a chart's own surface, on a lattice of hexagons as dense as a square one of the step, that lie nearer to
-    /// its origin than to another chart's, both measured in their radii.
+    /// Points of a chart's own surface, on a lattice of hexagons as dense as a square lattice of
+    /// the step, that lie nearer to the chart's origin than to another's, both measured in the
+    /// charts' radii.
     fn steps(&self, index: ChartIndex, step: f64) -> Vec<Vector<D>> {
         let chart = &self.charts[index as usize];
         let normals = D - self.monomials.variables;
@@ -91,7 +98,8 @@ impl<const D: usize> Atlas<D> {
         points
     }
 
-    /// Whether a point within a chart's radius is nearer to its origin than to others', both measured in their radii.
+    /// Whether a point within a chart's radius is nearer to the chart's origin than to those of
+    /// others, each measured in the chart's radii.
     fn knows_most(&self, index: ChartIndex, x: &Vector<D>) -> bool {
         let away = |i: ChartIndex| {
             let chart = &self.charts[i as usize];

@@ -1,4 +1,4 @@
-//! The graph of charts: which continue each other on one sheet, and which meet in a cell.
+//! The graph of charts: which charts continue each other on one sheet, and which meet in a cell.
 
 use rayon::slice::ParallelSliceMut;
 
@@ -8,41 +8,48 @@ use crate::surface::atlas::chart::{Chart, ChartJet};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::{Vector, parallel};
 
-/// A chart this many times rougher than usual, and at least [`ROUGH_SPACINGS`], is linked to none.
+/// Roughness, as a multiple of the usual one, above which a chart is linked to none.
 const ROUGH: f64 = 5.0;
+/// Roughness, in spacings, up to which a chart may be linked in any case.
 const ROUGH_SPACINGS: f64 = 0.5;
-/// A group of charts with fewer points of its own than this is stray if others claim them too.
+/// Number of own points below which a group of charts is stray if others claim its points too.
 const STRAY_POINTS: usize = 50;
-/// Charts are linked when they agree at this share of the points they have in common.
+/// Least share of the points that two charts have in common at which they must agree to be linked.
 const SHARE: f64 = 0.5;
-/// Where charts leave more spacings than this, noise may fill the gap between sheets here and there: ...
+/// Usual residual of charts, in spacings, above which noise may fill the gap between sheets here
+/// and there.
 const BLURRED: f64 = 0.1;
-/// ... a chart that agrees at less than this share of what is usual is linked to none, ...
+/// Agreement of a chart with others, as a share of what is usual, below which it is linked to none
+/// where noise may fill gaps.
 const LONELY: f64 = 0.6;
-/// ... and at less than this one where its residual is so many times the usual.
+/// Agreement of a chart with others, as a share of what is usual, below which it is linked to none
+/// if it also fits badly.
 const LESS: f64 = 0.85;
+/// Residual of a chart, in usual residuals, above which it fits badly.
 const WORSE: f64 = 1.6;
-/// A chart means nothing where its surface is steeper over its plane than 60 degrees.
+/// Largest secant of the angle between a chart's surface and its plane: a chart means nothing where
+/// its surface is steeper than 60 degrees.
 pub(super) const STEEPEST: f64 = 2.0;
-/// Charts agree where their normals' squared cosine is at least this ...
+/// Least squared cosine of the angle between the normals of charts that agree.
 const ALONG: f64 = 0.5;
-/// ... and both pass within this many spacings of the point.
+/// Largest distance of a point from two charts that agree there, in spacings.
 const SLACK: f64 = 0.35;
 
 /// A chart that continues another, and whether its normal points to the same side (1) or not (-1).
 pub(super) type Link = (u32, i8);
 
-/// What one chart's fitted points in the cell of another say of the two.
+/// What the points of one chart's fit that lie in the cell of another say about the two charts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Vote {
     pair: (u32, u32),
     shared: u32,
     agreeing: u32,
-    /// Agreeing points at which the normals point to the same side, less the others.
+    /// The number of agreeing points at which the normals point to the same side, less that of the
+    /// other agreeing points.
     same_side: i32,
 }
 
-/// For each chart, the charts that share points with it and agree there.
+/// For each chart, the charts that share points with it and agree with it there.
 pub(super) fn links<const D: usize>(
     built: &[Built<D>],
     owners: &[u32],
@@ -82,6 +89,8 @@ pub(super) fn links<const D: usize>(
     votes.par_sort_unstable();
     let lonely = lonely(&votes, built, &usual);
     let mut links = vec![Vec::new(); built.len()];
+    // All votes of a pair decide together whether its charts are linked, and on which side their
+    // normals are.
     for votes in votes.chunk_by(|a, b| a.pair == b.pair) {
         let (i, j) = votes[0].pair;
         let sum = |of: fn(&Vote) -> i32| votes.iter().map(of).sum::<i32>();
@@ -98,9 +107,9 @@ pub(super) fn links<const D: usize>(
     links
 }
 
-/// The charts that agree with the others at far fewer of the points that they share than charts of this cloud do, or at
-/// fewer while they fit their points worse: fits across layers that agree with one of either by chance, and would join
-/// them.
+/// Which charts agree with the others at far fewer of the points that they share than charts of
+/// this cloud usually do, or at fewer and fit their points worse as well. They are fits across
+/// layers that agree with one layer or the other by chance, and would join them.
 fn lonely<const D: usize>(votes: &[Vote], built: &[Built<D>], usual: &Usual) -> Vec<bool> {
     if usual.roughness < BLURRED {
         return vec![false; built.len()];
@@ -123,8 +132,8 @@ fn lonely<const D: usize>(votes: &[Vote], built: &[Built<D>], usual: &Usual) -> 
 }
 
 /// Removes small groups of charts that share fitted points with others yet agree with none of them:
-/// fits across layers, along rings of points, or to outliers. Their points are adopted later. Returns
-/// whether there were any.
+/// fits across layers, along rings of points, or to outliers. Their points are adopted later.
+/// Returns whether there were any.
 pub(super) fn drop_stray<const D: usize>(
     built: &mut Vec<Built<D>>,
     links: &[Vec<Link>],
@@ -172,10 +181,11 @@ pub(super) fn groups(links: &[Vec<Link>]) -> Vec<u32> {
     groups
 }
 
-/// For each chart those whose supports may reach its cell, itself first, then by distance.
+/// For each chart, the charts whose supports may reach its cell: itself first, then the others by
+/// distance.
 ///
-/// Each chart's support floods the cells it reaches along the links: whatever cell a point is looked
-/// at from, the same charts are blended there, so that the surface is continuous.
+/// Each chart's support floods the cells that it reaches along the links. So whatever cell a point
+/// is seen from, the same charts are blended there, and the surface is continuous.
 pub(super) fn neighbours<const D: usize>(
     built: &[Built<D>],
     links: &[Vec<Link>],
@@ -198,7 +208,7 @@ pub(super) fn neighbours<const D: usize>(
         while let Some((from, side)) = reached.get(next).copied() {
             next += 1;
             for (j, turn) in &links[from as usize] {
-                // Those linked directly are neighbours in the graph at any distance.
+                // Charts that are linked directly are neighbours in the graph at any distance.
                 let near = from == i || gap(i, *j) < radius + cells[*j as usize];
                 if near && reached.iter().all(|r| r.0 != *j) {
                     reached.push((*j, side * turn));
@@ -217,7 +227,7 @@ pub(super) fn neighbours<const D: usize>(
     })
 }
 
-/// Adds j to i's list wherever i is in j's.
+/// Adds j to i's list wherever i is in j's list.
 fn symmetrise(lists: &mut [Vec<Link>]) {
     let known = &*lists;
     let missing = |i: usize| -> Vec<(usize, Link)> {
@@ -232,10 +242,10 @@ fn symmetrise(lists: &mut [Vec<Link>]) {
     }
 }
 
-/// How well charts of this cloud usually fit: what to hold a single one against.
+/// How well charts of this cloud usually fit, against which a single chart is held.
 struct Usual {
     height_error: f64,
-    /// Residual in spacings.
+    /// The usual residual, in spacings.
     roughness: f64,
 }
 
@@ -247,13 +257,14 @@ impl Usual {
         }
     }
 
-    /// The chart fits its points much worse than others do.
+    /// Whether a chart fits its points much worse than others do.
     fn rough<const D: usize>(&self, chart: &Chart<D>) -> bool {
         chart.residual > chart.spacing * (ROUGH * self.roughness).max(ROUGH_SPACINGS)
     }
 
-    /// Whether both charts' surfaces pass near a point that they share, in the same direction; 1 where
-    /// their normals point to the same side of it, -1 where not.
+    /// Whether both charts' surfaces pass near a point that they share, in the same direction: 1
+    /// where their normals point to the same side there, -1 where they do not, and `None` where the
+    /// charts do not agree.
     fn agree<const D: usize>(
         &self,
         a: &Chart<D>,
@@ -289,6 +300,7 @@ impl Usual {
     }
 }
 
+/// The median of some values; 0 of none.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_unstable_by(f64::total_cmp);

@@ -1,9 +1,10 @@
 //! The atlas: a point cloud as a smooth implicit surface.
 //!
-//! Cells of the search tree are split by sheet; each part gets a *chart*, a polynomial
-//! height over its tangent plane, and the charts are blended into F(x) = sum_c phi_c(x) s_c f_c(x) /
-//! sum_c phi_c(x), phi_c = (1 - r^2/R_c^2)^4, whose zeros are the surface. Charts blend only along the graph of
-//! charts that share points, so sheets that merely come close stay apart.
+//! Cells of the search tree are split by sheet, and each part gets a *chart*, a polynomial height
+//! over its tangent plane. The charts are blended into F(x) = sum_c phi_c(x) s_c f_c(x) / sum_c
+//! phi_c(x), phi_c = (1 - r^2/R_c^2)^4, whose zeros are the surface. Charts blend only along the
+//! graph of charts that share points, so sheets that merely come close stay apart. A rim is a part
+//! of the boundary of the surface, where the data ends.
 
 pub(crate) mod build;
 pub(crate) mod chart;
@@ -46,51 +47,56 @@ use polynomial::Monomials;
 use rim::Rim;
 use supports::Supports;
 
-/// A chart's index: where on an atlas a node lies.
+/// A chart's index, which tells where on an atlas a node lies.
 pub type ChartIndex = u32;
 
-/// A first guess may cut across a rim by this many spacings.
+/// How far a first guess may lie beyond a rim that it cuts across, in spacings.
 const CROSSING: f64 = 0.75;
-/// The foot of a point on a model is at most so many times as far off as the nearest chart, and so many residuals.
+/// Largest distance of a foot on a model, in distances of the nearest chart.
 const FARTHER: f64 = 1.5;
+/// Distance that is added to [`FARTHER`] distances of the nearest chart, in residuals of that
+/// chart.
 const AROUND: f64 = 5.0;
 /// Slack of feet on a single chart, in radii.
 const SLACK: f64 = 1e-6;
-/// Where the worst chart's error is this many times the median, errors are looked at all along paths, ...
+/// Error of the worst chart, in median errors of the charts, above which errors are looked at
+/// everywhere along paths.
 pub(crate) const UNEVEN: f64 = 20.0;
-/// ... at no more than so many places between two nodes.
+/// Most places between two nodes at which errors are looked at along a path.
 const MOST_PIECES: f64 = 64.0;
-/// Steps across the ripples of a chart that does not stand alone, in its radii.
+/// Longest step across the ripples of a chart that does not stand alone, in its radii.
 const RIPPLES: f64 = 0.5;
-/// Charts looked at at a time for those that overlap a point.
+/// Number of charts that are looked at together for those that overlap a point.
 const LOOKED_AT: usize = 32;
 
 /// A smooth surface through a point cloud.
 pub struct Atlas<const D: usize> {
     pub(crate) cloud: Cloud<D>,
     pub(crate) charts: Vec<Chart<D>>,
-    /// The chart of each point of the cloud, and then of those put between rows of them.
+    /// The chart of each point of the cloud, and then of each point put between rows.
     pub(crate) owners: Vec<u32>,
-    /// For each chart, the charts that may overlap its cell, nearest first, itself first.
+    /// For each chart, the charts that may overlap its cell: itself first, then the others by
+    /// distance.
     pub(crate) neighbours: Lists,
-    /// For each of them 1 where its normal points to the same side as the first's, -1 where not; means
-    /// nothing for several normals.
+    /// For each item of `neighbours`, 1 where the chart's normal points to the same side as that of
+    /// the list's first chart, -1 where it does not. It means nothing for several normals.
     sides: Vec<i8>,
     pub(crate) monomials: Monomials,
     pub(crate) rim: Rim<D>,
-    /// Points that no chart fitted.
+    /// The number of points that no chart fitted.
     outliers: usize,
-    /// Some charts err by far more than others.
+    /// Whether some charts err by far more than others.
     uneven: bool,
-    /// What charts usually leave of their points, in spacings.
+    /// The usual residual of charts, in spacings.
     roughness: f64,
-    /// See [`Surface::detail`].
+    /// The wavelength of the finest detail, in the input's units, or 0; see [`Surface::detail`].
     detail: f64,
-    /// See [`Atlas::has_points`].
+    /// Whether the cloud's points are those of the input; see [`Atlas::has_points`].
     has_points: bool,
-    /// Of a model, whose points do not tell its charts' extent.
+    /// The tree of the charts' supports of a model, whose points do not tell its charts' extent;
+    /// `None` for a cloud.
     supports: Option<Supports<D>>,
-    /// Holds the points of the cloud, and then those put between rows of them.
+    /// The tree of the points of the cloud, and then of those put between rows.
     pub(crate) tree: crate::spatial::tree::Tree<D>,
 }
 
@@ -112,6 +118,7 @@ impl Lists {
         Self { starts, items }
     }
 
+    /// The items of list i.
     pub fn of(&self, i: u32) -> &[u32] {
         &self.items[self.range(i)]
     }
@@ -121,33 +128,34 @@ impl Lists {
         self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize
     }
 
+    /// The number of lists.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 }
 
 impl<const D: usize> Atlas<D> {
-    /// The points the surface was made of.
+    /// The points that the surface was made of.
     #[must_use]
     pub fn cloud(&self) -> &Cloud<D> {
         &self.cloud
     }
 
-    /// Whether the cloud's points are those of the input. A model's are its charts' origins: its rows mean
-    /// nothing to a user.
+    /// Whether the cloud's points are those of the input. The points of a model are its charts'
+    /// origins, and its rows mean nothing to a user.
     #[must_use]
     pub fn has_points(&self) -> bool {
         self.has_points
     }
 
-    /// The number of points put between rows of points that lie far apart. What surface these make is a
-    /// guess that no error estimate knows of.
+    /// The number of points put between rows of points that lie far apart. The surface that they
+    /// make is a guess that no error estimate knows of.
     #[must_use]
     pub fn points_between_rows(&self) -> usize {
         self.tree.points.len() - self.cloud.points.len()
     }
 
-    /// The charts' origins: nodes all over the surface.
+    /// The charts' origins, as nodes all over the surface.
     #[must_use]
     pub fn nodes(&self) -> Vec<Node<D, ChartIndex>> {
         let charts = self.charts.iter().zip(0..);
@@ -161,8 +169,8 @@ impl<const D: usize> Atlas<D> {
     /// The node of an input row, pulled onto the surface.
     ///
     /// # Errors
-    /// [`Error::NoSuchPoint`] for rows out of range or dropped, [`Error::NoFoot`] where the pull-back
-    /// does not arrive.
+    /// [`Error::NoSuchPoint`] for rows out of range or dropped, [`Error::NoFoot`] where the
+    /// pull-back does not arrive.
     pub fn node_of_row(&self, row: usize) -> Result<Node<D, ChartIndex>, Error> {
         let point = self.cloud.point_of_row.get(row).ok_or(Error::NoSuchPoint {
             row,
@@ -194,7 +202,7 @@ impl<const D: usize> Atlas<D> {
         if self.supports.is_none() {
             return node;
         }
-        // A foot much farther off than the chart passes is one of another sheet, or of none.
+        // A foot much farther off than the chart passes belongs to another sheet, or to none.
         let close = FARTHER * (nearest - x).norm() + AROUND * self.charts[chart as usize].residual;
         if node
             .as_ref()
@@ -232,24 +240,25 @@ impl<const D: usize> Atlas<D> {
         self.owners[point]
     }
 
-    /// The charts that may overlap one, nearest first, itself first.
+    /// The charts that may overlap a chart: itself first, then the others by distance.
     pub(crate) fn beside(&self, chart: ChartIndex) -> &[ChartIndex] {
         self.neighbours.of(chart)
     }
 
-    /// A chart's standard error of height, its radius, and how far points lie off it.
+    /// A chart's standard error of height, its radius, and how far points lie off it, in the
+    /// input's units.
     pub(crate) fn doubt(&self, chart: ChartIndex) -> (f64, f64, f64) {
         let chart = &self.charts[chart as usize];
         (chart.height_error, chart.radius, chart.residual)
     }
 
-    /// The points lie off the surface by more than it errs.
+    /// Whether the points lie off the surface by more than the surface errs.
     pub(crate) fn is_noisy(&self) -> bool {
         self.detail > 0.0
     }
 
-    /// The foot of `x` seen from a chart or, where the iteration does not arrive from there, from the
-    /// nearest of its neighbours from which it does.
+    /// The foot of `x` seen from a chart. Where the iteration does not arrive from there, it is the
+    /// foot seen from the nearest of the chart's neighbours from which it does.
     fn pulled(
         &self,
         x: &Vector<D>,
@@ -263,7 +272,7 @@ impl<const D: usize> Atlas<D> {
         })
     }
 
-    /// The straight step between two charts' origins does not cross a hole.
+    /// Whether the straight step between two charts' origins crosses no hole.
     fn within_extent(&self, i: ChartIndex, j: ChartIndex) -> bool {
         let (a, b) = (&self.charts[i as usize], &self.charts[j as usize]);
         [0.25, 0.5, 0.75].iter().all(|t| {
@@ -289,8 +298,9 @@ impl<const D: usize> Atlas<D> {
         squares.sum::<f64>() / (pieces + 1) as f64
     }
 
-    /// Puts the places in `list` of the charts whose support holds `x` first in `found`; returns how many.
-    /// Without a branch, as which charts these are is past guessing.
+    /// Puts the places in `list` of the charts whose support holds `x` first in `found`; returns
+    /// how many there are. The loop has no branch, because which charts these are cannot be
+    /// predicted.
     #[inline(always)]
     fn overlapping(
         &self,
@@ -308,8 +318,8 @@ impl<const D: usize> Atlas<D> {
         count
     }
 
-    /// The blend F = sum_c phi_c s_c f_c / sum_c phi_c with its derivatives, of the charts known at
-    /// `home`; beyond all supports the home chart alone.
+    /// Computes the blend F = sum_c phi_c s_c f_c / sum_c phi_c with its derivatives, of the charts
+    /// known at `home`; beyond all supports the home chart alone counts.
     fn blend<const HESSIANS: bool>(&self, x: &Vector<D>, home: ChartIndex, out: &mut Geometry<D>) {
         match out.codimension {
             1 => self.blend_of::<HESSIANS>(1, x, home, out),
@@ -317,7 +327,7 @@ impl<const D: usize> Atlas<D> {
         }
     }
 
-    /// The equations of a chart alone.
+    /// Computes the equations of a chart alone.
     fn single<const HESSIANS: bool>(
         &self,
         x: &Vector<D>,
@@ -343,7 +353,8 @@ impl<const D: usize> Atlas<D> {
         }
     }
 
-    /// [`blend`](Self::blend) of m equations; inlined, so that a known m unrolls its loops.
+    /// Computes [`blend`](Self::blend) for m equations; it is inlined, so that a known m unrolls
+    /// its loops.
     #[inline(always)]
     fn blend_of<const HESSIANS: bool>(
         &self,
@@ -379,6 +390,7 @@ impl<const D: usize> Atlas<D> {
             }
         }
         for a in 0..m {
+            // Beyond all supports there is nothing to blend, and the home chart counts alone.
             let jet = if total.value > 0.0 {
                 sums[a].quotient(&total)
             } else {
@@ -389,7 +401,7 @@ impl<const D: usize> Atlas<D> {
     }
 }
 
-/// Puts an equation's derivatives where a surface's are looked for.
+/// Puts an equation's derivatives where those of a surface are looked for.
 #[inline(always)]
 fn put<const D: usize, const HESSIAN: bool>(
     jet: &Jet<D, HESSIAN>,
@@ -420,7 +432,8 @@ impl<const D: usize> LevelSet<D> for Atlas<D> {
             let within = 4.0 * least;
             for index in &self.neighbours.of(*place)[1..] {
                 let origin = &self.charts[*index as usize].origin;
-                // They come nearest first, and those twice as far from home as x are farther from x.
+                // The charts come nearest first, and those twice as far from home as x are farther
+                // from x.
                 if (origin - home).norm_squared() > within {
                     break;
                 }
@@ -596,8 +609,8 @@ impl<const D: usize> Guide<D> for Atlas<D> {
 }
 
 impl<const D: usize> Geodesics<D, Atlas<D>> {
-    /// The component of an input row's point, numbered by descending number of charts; `None` for
-    /// rows out of range or dropped.
+    /// The component of an input row's point, where components are numbered by descending number of
+    /// charts; `None` for rows out of range or dropped.
     #[must_use]
     pub fn component_of_row(&self, row: usize) -> Option<u32> {
         let atlas = self.surface();

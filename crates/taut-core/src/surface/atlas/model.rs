@@ -1,6 +1,7 @@
 //! An atlas as plain numbers, to be kept in a file.
 //!
-//! The points are not kept: a model's rows are its charts, and their origins stand for the points.
+//! The points are not kept: a model's rows are its charts, and the charts' origins stand for the
+//! points.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +16,8 @@ use crate::surface::atlas::supports::Supports;
 use crate::surface::atlas::{Atlas, ChartIndex, Lists, build, trust};
 use crate::{Matrix, Vector};
 
-/// An atlas in R^d of dimension k, with m = d - k normals. Lengths are in the input's units, positions relative to
-/// `centre`.
+/// An atlas in R^d of dimension k, with m = d - k normals. Lengths are in the input's units, and
+/// positions relative to `centre`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// What is the same for all charts.
@@ -25,21 +26,22 @@ pub struct Model {
     pub charts: Vec<ModelChart>,
 }
 
-/// What is the same for all charts.
+/// What is the same for all charts of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Header {
-    /// The dimension d of the vectors below.
+    /// The dimension d of the vectors in the model.
     pub ambient_dimension: usize,
     /// The dimension k of the surface.
     pub intrinsic_dimension: usize,
-    /// What is subtracted from the input's coordinates.
+    /// The vector that is subtracted from the input's coordinates.
     pub centre: Vec<f64>,
-    /// The wavelength of the surface's finest detail, 0 for smooth ones.
+    /// The wavelength of the surface's finest detail; 0 for smooth surfaces.
     pub detail: f64,
 }
 
-/// A polynomial height over a tangent plane, as far as it takes part in the blend, and what it borders on.
+/// A polynomial height over a tangent plane, as far as it takes part in the blend, and its
+/// neighbours and rim.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelChart {
@@ -49,12 +51,12 @@ pub struct ModelChart {
     pub frame: Vec<Vec<f64>>,
     /// R of the weight (1 - r^2/R^2)^4 at a distance r from the origin.
     pub radius: f64,
-    /// The tangent coordinates are divided by this.
+    /// The length by which the tangent coordinates are divided.
     pub scale: f64,
     /// Total degree of the heights.
     pub degree: u8,
-    /// For each normal the coefficients of the height's monomials, by ascending degree, and in a degree by
-    /// descending powers of the first coordinate, then of the second, and so on.
+    /// For each normal the coefficients of the height's monomials, by ascending degree, and in a
+    /// degree by descending powers of the first coordinate, then of the second, and so on.
     pub coefficients: Vec<Vec<f64>>,
     /// Distance between neighbouring points of the cloud.
     pub spacing: f64,
@@ -64,27 +66,28 @@ pub struct ModelChart {
     pub height_error: f64,
     /// The charts that are blended with this one: itself first, then the others by distance.
     pub neighbours: Vec<ChartIndex>,
-    /// For each of them 1 where its normal points to the same side, -1 where not.
+    /// For each of `neighbours`, 1 where its normal points to the same side as this chart's, -1
+    /// where it does not.
     pub sides: Vec<i8>,
-    /// Empty discs where the data ends.
+    /// The empty discs where the data ends.
     pub rim: Vec<RimDisc>,
 }
 
-/// A disc in the tangent plane that holds no point.
+/// A disc in the tangent plane that holds no point, at a rim (the boundary of the surface).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RimDisc {
-    /// Its centre.
+    /// The centre of the disc.
     pub centre: Vec<f64>,
-    /// Unit direction to it from the point that it touches.
+    /// Unit direction from the point that the disc touches to the disc's centre.
     pub outward: Vec<f64>,
-    /// Its radius.
+    /// The radius of the disc.
     pub radius: f64,
-    /// The length of rim that the point which it touches stands for.
+    /// The length of rim that the point which the disc touches stands for.
     pub share: f64,
 }
 
-/// How far a frame's products may be from 0 and 1.
+/// Largest difference of the scalar products of a frame's vectors from 0 and 1.
 const ORTHONORMAL: f64 = 1e-9;
 
 impl<const D: usize> Atlas<D> {
@@ -135,10 +138,10 @@ impl<const D: usize> Atlas<D> {
         }
     }
 
-    /// The atlas of a model, whose charts' origins stand for the points.
+    /// Makes the atlas of a model, whose charts' origins stand for the points.
     ///
     /// # Errors
-    /// [`Error::BadModel`], naming the chart, for one that is none.
+    /// [`Error::BadModel`], naming the chart, for a model that is not valid.
     pub fn from_model(model: &Model) -> Result<Self, Error> {
         let header = &model.header;
         expect(None, header.ambient_dimension == D, || {
@@ -181,6 +184,7 @@ impl<const D: usize> Atlas<D> {
         let lists = model.charts.iter().map(|c| c.neighbours.iter().copied());
         let origins: Vec<Vector<D>> = charts.iter().map(|chart| chart.origin).collect();
         let (count, neighbours) = (charts.len() as u32, Lists::new(lists));
+        // Trust is not kept in a model, as it follows from the charts.
         trust::judge(&mut charts, &neighbours);
         let (uneven, roughness) = (build::uneven(&charts), build::roughness(&charts));
         Ok(Self {
@@ -215,7 +219,8 @@ impl<const D: usize> Atlas<D> {
     }
 }
 
-/// Refuses what is not as it must be; `texts` makes what was found and what was expected.
+/// Refuses what is not as it must be; `texts` makes the texts of what was found and what was
+/// expected.
 pub(super) fn expect(
     chart: Option<usize>,
     holds: bool,
@@ -232,6 +237,7 @@ pub(super) fn expect(
     })
 }
 
+/// A vector of a model, if it has D finite coordinates.
 fn vector<const D: usize>(
     chart: Option<usize>,
     name: &str,
@@ -244,6 +250,7 @@ fn vector<const D: usize>(
     Ok(Vector::from_column_slice(values))
 }
 
+/// A length of a model, if it is finite and at least `least`.
 fn length(chart: usize, name: &str, value: f64, least: f64) -> Result<f64, Error> {
     expect(Some(chart), value.is_finite() && value >= least, || {
         (format!("{name} {value}"), "a length".to_owned())
@@ -251,6 +258,7 @@ fn length(chart: usize, name: &str, value: f64, least: f64) -> Result<f64, Error
     Ok(value)
 }
 
+/// A chart of a model, if its parts are valid by themselves.
 fn chart<const D: usize>(
     i: usize,
     given: &ModelChart,
@@ -310,6 +318,7 @@ fn chart<const D: usize>(
     })
 }
 
+/// The discs of a chart of a model, if they are valid by themselves.
 fn rim<const D: usize>(i: usize, given: &ModelChart) -> Result<Vec<Disc<D>>, Error> {
     let disc = |disc: &RimDisc| {
         Ok(Disc {

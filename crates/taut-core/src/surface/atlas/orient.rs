@@ -1,9 +1,9 @@
 //! Which side of a surface is outside: signs for the charts' normals.
 //!
-//! Each link says whether two charts' normals point to the same side. Signs spread along a spanning tree of
-//! links that prefers charts of nearly equal normals (Hoppe, DeRose, Duchamp, McDonald, Stuetzle, Surface
-//! reconstruction from unorganized points, 1992); links that contradict it are counted: a Moebius strip
-//! has some whatever the signs.
+//! Each link says whether two charts' normals point to the same side. Signs spread along a spanning
+//! tree of links that prefers charts of nearly equal normals (Hoppe, DeRose, Duchamp, McDonald,
+//! Stuetzle, Surface reconstruction from unorganized points, 1992). Links that contradict it are
+//! counted: a Moebius strip has some whatever the signs.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,18 +12,19 @@ use crate::surface::atlas::build::{Built, Draft};
 use crate::surface::atlas::links;
 use crate::{Matrix, Vector};
 
-/// Signs of charts and what speaks against them.
+/// The signs of charts, and what speaks against them.
 pub(super) struct Orientation {
-    /// 1, or -1 for charts to be turned over.
+    /// For each chart 1, or -1 if it is to be turned over.
     pub signs: Vec<i8>,
-    /// Links between charts whose signs contradict them.
+    /// The number of links that the signs of their charts contradict.
     pub contradictions: usize,
-    /// Points whose given normal points to the other side.
+    /// The number of points whose given normal points to the other side.
     pub against: usize,
 }
 
-/// Orients the charts of a hypersurface: each component by the given normals of its points (tree indices,
-/// zero where unknown), else so that its normals point out of what it encloses.
+/// Orients the charts of a hypersurface. Each component is oriented by the given normals of its
+/// points (by tree index, zero where unknown), or else so that its normals point out of what it
+/// encloses.
 pub(super) fn orient<const D: usize>(draft: &Draft<D>, given: Option<&[Vector<D>]>) -> Orientation {
     let mut signs = spread(draft);
     let component = links::groups(&draft.linked);
@@ -63,7 +64,8 @@ pub(super) fn orient<const D: usize>(draft: &Draft<D>, given: Option<&[Vector<D>
     }
 }
 
-/// Signs from the first chart of each component along links, those of the least turning first.
+/// Signs that spread from the first chart of each component along links, those of the least turning
+/// first.
 fn spread<const D: usize>(draft: &Draft<D>) -> Vec<i8> {
     let normal = |i: u32| draft.built[i as usize].chart.frame.column(0);
     let mut signs = vec![0_i8; draft.built.len()];
@@ -81,7 +83,7 @@ fn spread<const D: usize>(draft: &Draft<D>) -> Vec<i8> {
             for (other, turn) in &draft.linked[chart as usize] {
                 if signs[*other as usize] == 0 {
                     let turning = 1.0 - normal(chart).dot(&normal(*other)).abs();
-                    // Ordered like the number: it is not negative.
+                    // The bits are ordered like the number, because it is not negative.
                     let turning = turning.max(0.0).to_bits();
                     waiting.push((Reverse(turning), Reverse(*other), sign * turn));
                 }
@@ -91,15 +93,18 @@ fn spread<const D: usize>(draft: &Draft<D>) -> Vec<i8> {
     signs
 }
 
-/// What a chart says of its own orientation.
+/// What a chart says about its own orientation.
 struct Vote {
-    /// Points whose given normal lies along the chart's, and against it.
+    /// The number of points whose given normal lies along the chart's normal.
     along: usize,
+    /// The number of points whose given normal lies against the chart's normal.
     against: usize,
-    /// The chart's share of the flux of x through the surface, positive where the normal points out.
+    /// The chart's share of the flux of x through the surface, positive where the normal points
+    /// out.
     flux: f64,
 }
 
+/// The vote of a chart about its own orientation.
 fn vote<const D: usize>(draft: &Draft<D>, built: &Built<D>, given: Option<&[Vector<D>]>) -> Vote {
     let chart = &built.chart;
     let area = built.own.len() as f64 * chart.spacing.powi(draft.monomials.variables as i32);
@@ -120,7 +125,7 @@ fn vote<const D: usize>(draft: &Draft<D>, built: &Built<D>, given: Option<&[Vect
     vote
 }
 
-/// Turns charts over so that all signs are 1.
+/// Turns charts over so that all signs become 1.
 pub(super) fn turn<const D: usize>(draft: &mut Draft<D>, signs: &[i8]) {
     for (built, sign) in draft.built.iter_mut().zip(signs) {
         if *sign < 0 {

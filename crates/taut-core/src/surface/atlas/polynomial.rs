@@ -8,9 +8,9 @@ use std::collections::HashMap;
 pub(crate) struct Monomials {
     /// Number of variables k.
     pub variables: usize,
-    /// Row-major exponents, k a monomial.
+    /// The exponents of the monomials, by rows of k.
     exponents: Vec<u8>,
-    /// For each monomial but the first, an earlier one and the variable that it is the product of.
+    /// For each monomial but the first, an earlier monomial and the variable whose product it is.
     factors: Vec<(usize, usize)>,
     /// Number of monomials up to each degree.
     counts: Vec<usize>,
@@ -56,8 +56,8 @@ impl Monomials {
         }
     }
 
-    /// Value, gradient and upper triangle of the Hessian (row-major k x k, both halves) of a
-    /// polynomial at `u`. What the caller leaves unread of the Hessian of two variables costs nothing.
+    /// Value, gradient and Hessian (k x k entries by rows, both halves) of a polynomial at `u`.
+    /// What the caller leaves unread of the Hessian of two variables costs nothing.
     #[inline(always)]
     pub fn evaluate(
         &self,
@@ -116,7 +116,7 @@ impl Monomials {
     }
 }
 
-/// Appends all exponents of total `left`, lexicographically descending.
+/// Appends all exponents of total `left`, in descending lexicographic order.
 fn append(exponents: &mut Vec<u8>, current: &mut [u8], variable: usize, left: u8) {
     if variable + 1 == current.len() {
         current[variable] = left;
@@ -130,7 +130,8 @@ fn append(exponents: &mut Vec<u8>, current: &mut [u8], variable: usize, left: u8
     current[variable] = 0;
 }
 
-/// See [`Monomials::factors`].
+/// For each monomial but the first, an earlier monomial and the variable whose product it is; see
+/// [`Monomials::factors`].
 fn factors(exponents: &[u8], variables: usize) -> Vec<(usize, usize)> {
     let mut places = HashMap::new();
     let mut factors = Vec::new();
@@ -145,7 +146,7 @@ fn factors(exponents: &[u8], variables: usize) -> Vec<(usize, usize)> {
     factors
 }
 
-/// The two-variable case: the atlas of a surface in space spends its time here.
+/// The case of two variables, in which the atlas of a surface in space spends its time.
 #[inline(always)]
 fn evaluate_two(c: &[f64], u: [f64; 2], gradient: &mut [f64], hessian: &mut [f64]) -> f64 {
     match c.len() {
@@ -189,8 +190,8 @@ fn horner<const DEGREE: usize>(
     h
 }
 
-/// A step of Horner's scheme, sum x + next, after `done` others; the sum is 0 before it has a term,
-/// which after `first` steps it gets.
+/// A step of Horner's scheme, sum x + next, after `done` other steps. The sum is 0 until it gets
+/// its first term, after `first` steps.
 #[inline(always)]
 fn raised(sum: f64, x: f64, next: f64, done: usize, first: usize) -> f64 {
     match done.cmp(&first) {
@@ -206,7 +207,7 @@ mod tests {
 
     #[test]
     fn two_variables_agree_with_the_general_case() {
-        // A polynomial of three variables that ignores the third.
+        // This is a polynomial of three variables that ignores the third.
         let (two, three) = (Monomials::new(2), Monomials::new(3));
         let u = [0.3, -0.7, 0.0];
         for degree in 1..=HIGHEST_DEGREE {

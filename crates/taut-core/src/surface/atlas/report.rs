@@ -1,10 +1,10 @@
-//! What an atlas knows of its cloud: spacing, noise, other sheets, rims.
+//! What an atlas knows about its cloud: spacing, noise, other sheets, rims.
 
 use crate::parallel;
 use crate::spatial::tree::Neighbour;
 use crate::surface::atlas::Atlas;
 
-/// Facts about a cloud, for a user to judge what its geodesics are worth.
+/// Facts about a cloud, by which a user can judge what its geodesics are worth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     /// Intrinsic dimension k.
@@ -12,28 +12,30 @@ pub struct Report {
     /// Number of charts.
     pub charts: usize,
     /// Distance between neighbouring points: 10th percentile, median and 90th percentile over the
-    /// charts, in the input's units. An estimate from the density of points on the sheet.
+    /// charts, in the input's units. It is estimated from the density of points on the sheet.
     pub spacing: [f64; 3],
     /// Median over the charts of the root mean square distance of points from the surface fitted
-    /// without them, in the input's units: the noise where there is some, else the surface's own
-    /// detail that the points do not resolve.
+    /// without them, in the input's units. This is the noise where there is some, and else the
+    /// surface's own detail that the points do not resolve.
     pub noise: f64,
-    /// Median over the charts of the estimated standard error of the surface's height.
+    /// Median over the charts of the estimated standard error of the surface's height, in the
+    /// input's units.
     pub height_error: f64,
-    /// How many charts have degree 1, 2, 3, 4.
+    /// The number of charts of degree 1, 2, 3 and 4.
     pub degrees: [usize; 4],
-    /// Distance to the nearest other sheet in spacings: 1st percentile over the charts that see one
-    /// within eight spacings; `None` where none does.
+    /// Distance to the nearest other sheet, in spacings: the 1st percentile over the charts that
+    /// see one within eight spacings; `None` where none does.
     pub other_sheet: Option<f64>,
-    /// Estimated length of all rims, holes included; 0 for closed surfaces.
+    /// Estimated length of all rims (the boundary of the surface), holes included, in the input's
+    /// units; 0 for closed surfaces.
     pub rim_length: f64,
-    /// Points that no chart fits: outliers.
+    /// Number of points that no chart fits: outliers.
     pub outliers: usize,
-    /// See [`Atlas::points_between_rows`].
+    /// Number of points put between rows of points; see [`Atlas::points_between_rows`].
     pub points_between_rows: usize,
 }
 
-/// Spacings up to which another sheet is looked for.
+/// Largest distance at which another sheet is looked for, in spacings.
 const LOOK: f64 = 8.0;
 
 impl<const D: usize> Atlas<D> {
@@ -62,8 +64,8 @@ impl<const D: usize> Atlas<D> {
         }
     }
 
-    /// Distance in spacings from a chart's origin to the first point above or below it that belongs to
-    /// another sheet, looked for along the normals up to `most` spacings.
+    /// Distance, in spacings, from a chart's origin to the first point above or below it that
+    /// belongs to another sheet, looked for along the normals up to `most` spacings.
     pub(super) fn other_sheet(&self, i: u32, most: f64) -> Option<f64> {
         let chart = &self.charts[i as usize];
         let m = D - self.monomials.variables;

@@ -1,48 +1,50 @@
-//! Rims and holes: where the data ends.
+//! Rims (the boundary of the surface) and holes: where the data ends.
 //!
-//! The known extent of a surface is what no empty disc reaches: a disc in the tangent plane, of a few
-//! spacings' radius, that touches a point and holds none (the alpha shape of Edelsbrunner,
-//! Kirkpatrick, Seidel 1983). In an evenly sampled sheet such a disc does not fit anywhere; along a
-//! rim it rolls. A path may sink into an empty disc only against a force.
+//! The known extent of a surface is what no empty disc reaches. Such a disc lies in the tangent
+//! plane, has a radius of a few spacings, touches a point and holds none (the alpha shape of
+//! Edelsbrunner, Kirkpatrick, Seidel 1983). In an evenly sampled sheet such a disc does not fit
+//! anywhere; along a rim it rolls. A path may sink into an empty disc only against a force.
 
 use crate::surface::atlas::Lists;
 use crate::surface::atlas::build::{Built, Draft};
 use crate::surface::atlas::chart::Chart;
 use crate::{Vector, parallel};
 
-/// Radius of the discs in spacings: holes narrower than twice that are not seen.
+/// Radius of the discs, in spacings: holes narrower than twice that are not seen.
 pub(crate) const DISC_SPACINGS: f64 = 2.5;
-/// Fewer discs than this that reach one another are a thin spot in the sampling: a hole wide enough for
-/// a disc has a rim of six of its radii.
+/// Least number of discs that reach one another; fewer are a thin spot in the sampling, because a
+/// hole wide enough for a disc has a rim of six of its radii.
 const FEWEST: usize = 6;
-/// A rim goes on to discs whose centres are so many radii away: an empty disc may touch points twice its radius apart.
+/// Largest distance, in radii, to the centres of discs that a rim goes on to: an empty disc may
+/// touch points that are twice its radius apart.
 const FARTHEST: f64 = 2.0;
-/// Cells of points along the longest chord that is looked at, ...
+/// Number of cells of points along the longest chord that is looked at.
 const CELLS_A_CHORD: f64 = 3.0;
-/// ... and at most this many along a chart.
+/// Most cells of points along a chart.
 const MOST_CELLS: f64 = 64.0;
-/// Directions in which a disc may touch a point.
+/// Number of directions in which a disc may touch a point.
 const DIRECTIONS: usize = 24;
 
 /// An empty disc at the rim.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disc<const D: usize> {
     pub centre: Vector<D>,
-    /// Unit direction from the point it touches to the centre.
+    /// Unit direction from the point that the disc touches to its centre.
     pub outward: Vector<D>,
     pub radius: f64,
-    /// The length of rim that the point which it touches stands for.
+    /// The length of rim that the point which the disc touches stands for, in the input's units.
     pub share: f64,
 }
 
 impl<const D: usize> Disc<D> {
-    /// The point of the cloud at the rim.
+    /// The point of the cloud at the rim that the disc touches.
     pub fn touched(&self) -> Vector<D> {
         self.centre - self.outward * self.radius
     }
 
-    /// How deep `x` lies in the disc, and the direction inwards: towards the centre in the half at the
-    /// rim, outwards beyond, so that no point is pushed through to the other side.
+    /// How deep `x` lies in the disc, and the direction in which the depth grows. In the half at
+    /// the rim it points towards the centre; beyond, it points outwards, so that no point is pushed
+    /// through to the other side.
     pub fn depth(&self, x: &Vector<D>) -> Option<(f64, Vector<D>)> {
         let offset = self.centre - x;
         let distance = offset.norm();
@@ -65,7 +67,8 @@ pub(crate) struct Rim<const D: usize> {
 }
 
 impl<const D: usize> Rim<D> {
-    /// Rolls the discs round every point. For surfaces (k = 2); on curves and solids no rim is known.
+    /// Rolls the discs round every point of a surface (k = 2); on curves and solids no rim is
+    /// known.
     pub(super) fn new(draft: &Draft<D>, neighbours: &Lists) -> Self {
         let (charts, cloud) = (&draft.built, &draft.tree.points);
         if draft.monomials.variables != 2 {
@@ -105,7 +108,7 @@ impl<const D: usize> Rim<D> {
         Self::of_lists(&kept)
     }
 
-    /// Discs by chart.
+    /// The rim whose discs are given by chart.
     pub(super) fn of_lists(lists: &[Vec<Disc<D>>]) -> Self {
         let mut starts = vec![0];
         for list in lists {
@@ -117,7 +120,7 @@ impl<const D: usize> Rim<D> {
         }
     }
 
-    /// The discs of groups of charts, each in one list.
+    /// The discs of groups of charts, in one list for each group.
     pub(super) fn grouped(&self, groups: &[Vec<u32>]) -> Self {
         let group = |group: &Vec<u32>| {
             group
@@ -140,17 +143,18 @@ impl<const D: usize> Rim<D> {
         &self.discs[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
-    /// Estimated length of all rims.
+    /// Estimated length of all rims, in the input's units.
     pub fn length(&self) -> f64 {
         self.discs.iter().fold(0.0, |sum, disc| sum + disc.share)
     }
 }
 
-/// Which discs make a rim: those of chains of at least [`FEWEST`], each centre within the radius of the next, and
-/// those that such a chain goes on to where points at the rim are far apart.
+/// Which discs make a rim. These are the discs of chains of at least [`FEWEST`], each centre within
+/// the radius of the next, and the discs to which such a chain goes on where points at the rim are
+/// far apart.
 fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec<bool>> {
     let none = || lists.iter().map(|list| vec![false; list.len()]).collect();
-    // Adds to a chain, from its discs on, what they reach and no chain has taken.
+    // This adds to a chain, from its discs on, what they reach and no chain has taken.
     let extend = |chain: &mut Vec<(usize, usize)>, taken: &mut Vec<Vec<bool>>, radii: f64| {
         let mut next = 0;
         while let Some((chart, i)) = chain.get(next).copied() {
@@ -222,6 +226,7 @@ fn measure<const D: usize>(lists: &mut [Vec<Disc<D>>], charts: &[Built<D>], neig
 /// A point in a chart's tangent plane.
 type Flat = (f64, f64);
 
+/// A point in the coordinates of a chart's tangent plane.
 fn flat<const D: usize>(chart: &Chart<D>, point: &Vector<D>) -> Flat {
     let offset = point - chart.origin;
     let along = |column: usize| offset.dot(&chart.frame.column(column));
@@ -246,7 +251,7 @@ struct Cells {
 }
 
 impl Cells {
-    /// Takes the points within a chord of the box about the first `own` of some.
+    /// Takes the points within a chord of the box about the first `own` points.
     fn fill(&mut self, all: &[Flat], own: usize, chord: f64) {
         let outwards = |pick: fn(f64, f64) -> f64, chord: f64| {
             let first = all[0];
@@ -277,7 +282,7 @@ impl Cells {
             self.starts[cell + 1] += self.starts[cell];
         }
         self.points.resize(self.places.len(), (0.0, 0.0));
-        // Filled from the back, every cell's end becomes its start.
+        // The cells are filled from the back, so that every cell's end becomes its start.
         for (cell, point) in &self.places {
             let end = &mut self.starts[*cell as usize + 1];
             *end -= 1;
@@ -287,8 +292,9 @@ impl Cells {
         self.starts.push(self.places.len() as u32);
     }
 
-    /// Whether there is a point near in each eighth of the plane round one of the first, which leaves no room for a
-    /// disc: one within half a right angle of the direction of its centre and nearer than the chord.
+    /// Whether there is a near point in each eighth of the plane round a point, which leaves no
+    /// room for a disc. One of them lies within half a right angle of the direction of the disc's
+    /// centre, and is nearer than the chord.
     fn enclosed(&self, origin: &Flat) -> bool {
         let [column, row] =
             [origin.0 - self.low.0, origin.1 - self.low.1].map(|v| (v / self.size) as usize);
@@ -296,7 +302,8 @@ impl Cells {
         let columns = column.saturating_sub(reach)..=(column + reach).min(self.wide - 1);
         let squared_chord = self.chord * self.chord;
         let mut eighths = 0_u8;
-        // Rows in order of their distance: most points are enclosed by the nearest.
+        // The rows come in the order of their distance, because most points are enclosed by the
+        // nearest ones.
         let rows = (0..=2 * reach)
             .map(|i| (row + i.div_ceil(2) * (i % 2)).checked_sub(i / 2 * (1 - i % 2)));
         for row in rows.flatten().filter(|row| *row < self.wide) {
@@ -305,7 +312,7 @@ impl Cells {
             for (x, y) in &self.points[first..last] {
                 let (u, v) = (x - origin.0, y - origin.1);
                 let squared = u * u + v * v;
-                // Whether a point is near is a toss-up, and costs less without a branch.
+                // Whether a point is near cannot be predicted, and costs less without a branch.
                 let near = u8::from(squared < squared_chord) & u8::from(squared > 0.0);
                 let eighth =
                     u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
@@ -319,7 +326,8 @@ impl Cells {
     }
 }
 
-/// The unit direction amid those in which an empty disc touches a point, if there are any.
+/// The unit direction in the middle of those in which an empty disc touches a point, if there are
+/// any.
 fn free_side<const D: usize>(
     chart: &Chart<D>,
     place: usize,
@@ -350,7 +358,7 @@ fn free_side<const D: usize>(
         .filter(|f| f.2)
         .fold((0.0, 0.0), |(x, y), f| (x + f.0, y + f.1));
     let norm = x.hypot(y);
-    // Empty all round: a lone point bounds nothing.
+    // Where all directions are empty, the point is alone and bounds nothing.
     (norm >= 1e-9).then(|| (x / norm, y / norm))
 }
 

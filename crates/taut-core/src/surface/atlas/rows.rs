@@ -1,36 +1,39 @@
-//! Points between rows: where points lie much nearer to each other along a row than across rows.
+//! Points between rows, where points lie much nearer to each other along a row than across rows.
 //!
-//! Rings of points about a limb, scan lines, long thin triangles: the nearest points of each other lie
-//! on one row, and no ball of points is a patch of the surface. The neighbours of such a point are those
-//! whose Voronoi cells on the tangent plane touch its own, however far they lie; the plane is the one on
-//! which neighbours surround the point most closely. Where two points have each other as neighbours far
-//! apart, points are put between them, on the cubic that leaves both along their tangent planes (the
-//! edge of a curved PN triangle: Vlachos, Peters, Boyd, Mitchell 2001). Charts are then fitted to
-//! all points as usual. Nothing is put at rims.
+//! Such rows are rings of points about a limb, scan lines, and long thin triangles. The nearest
+//! points of each point lie on its own row, and no ball of points is a patch of the surface. The
+//! neighbours of such a point are those whose Voronoi cells on the tangent plane touch its own,
+//! however far they lie; the plane is the one on which neighbours surround the point most closely.
+//! Where two points have each other as neighbours far apart, points are put between them, on the
+//! cubic that leaves both along their tangent planes (the edge of a curved PN triangle: Vlachos,
+//! Peters, Boyd, Mitchell 2001). Charts are then fitted to all points as usual. Nothing is put at
+//! rims (the boundary of the surface).
 
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::atlas::rim::DISC_SPACINGS;
 use crate::surface::atlas::sheets::{self, SECTORS};
 use crate::{Vector, parallel};
 
-/// Cosine of the angle from which on two points are seen on opposite sides.
+/// Largest cosine of the angle between two points for them to be seen on opposite sides.
 const OPPOSITE: f64 = -0.5;
-/// Points that may be neighbours across rows.
+/// Number of points that may be neighbours across rows.
 const LOOKED_AT: usize = 63;
-/// Points are put between neighbours this many times as far apart as points on a row.
+/// Distance of neighbours, in distances of points on a row, above which points are put between
+/// them.
 const LONG: f64 = 2.0;
-/// Random points have some neighbours as on rows too: a fiftieth of as many points would be added. Below
-/// this share, none are.
+/// Share of added points below which none are added: random points have some neighbours as on rows
+/// too, and would add a fiftieth.
 const BY_CHANCE: f64 = 0.1;
-/// Normals over a hemisphere that are tried, ...
+/// Number of normals over a hemisphere that are tried.
 const NORMALS: usize = 40;
-/// ... and the angles by which the best of them is then turned to better it.
+/// Angles, in radians, by which the best of the normals is then turned to better it.
 const TURNS: [f64; 4] = [0.25, 0.12, 0.06, 0.03];
-/// A point's height over the plane counts this many times as much as its distance along it.
+/// Factor by which a point's height over the plane counts more than its distance along it.
 const HEIGHT: f64 = 4.0;
-/// Neighbours are seen from a point less steeply over its plane than this (the tangent of 40 degrees).
+/// Largest slope at which a neighbour may be seen from a point over its plane (the tangent of 40
+/// degrees).
 const STEEP: f64 = 0.84;
-/// Cosine of normals' angle up to which neighbours are on one sheet.
+/// Least cosine of the angle between the normals of neighbours on one sheet.
 const ALONG: f64 = 0.5;
 
 type Point = Vector<3>;
@@ -38,16 +41,17 @@ type Point = Vector<3>;
 /// The tangent plane of a point on a row, and its neighbours.
 struct Star {
     normal: Point,
-    /// Distance of points on its row.
+    /// Distance between points on its row, in the input's units.
     step: f64,
-    /// The longest distance to a neighbour across which the surface is known to go on.
+    /// The longest distance to a neighbour across which the surface is known to go on, in the
+    /// input's units.
     longest: f64,
-    /// As tree indices.
+    /// The neighbours, as tree indices.
     neighbours: Vec<u32>,
 }
 
-/// Points between the rows on which points looked at (tree indices, ascending) lie, on surfaces in
-/// space; none in other dimensions. O(log n) for each.
+/// Points between the rows on which the points in `looked_at` (tree indices, ascending) lie, on
+/// surfaces in space; there are none in other dimensions. O(log n) for each.
 pub(super) fn between<const D: usize>(tree: &Tree<D>, looked_at: &[u32]) -> Vec<Vector<D>> {
     if D != 3 {
         return Vec::new();
@@ -82,6 +86,7 @@ pub(super) fn between<const D: usize>(tree: &Tree<D>, looked_at: &[u32]) -> Vec<
     added
 }
 
+/// A point of R^D as a point of space.
 fn in_space<const D: usize>(x: &Vector<D>) -> Point {
     Point::from_fn(|axis, _| x[axis])
 }
@@ -113,8 +118,8 @@ fn star<const D: usize>(tree: &Tree<D>, point: u32, found: &mut Vec<Neighbour>) 
     })
 }
 
-/// The distance of points on the row of the origin: its two nearest lie on opposite sides of it, which
-/// they seldom do by chance. `None` where they do not.
+/// The distance between points on the row of the origin. The two points nearest to the origin lie
+/// on opposite sides of it, which they seldom do by chance; `None` where they do not.
 fn row_step(nearest_first: &[Point]) -> Option<f64> {
     let (first, second) = (nearest_first.first()?, nearest_first.get(1)?);
     let lengths = first.norm() * second.norm();
@@ -153,8 +158,8 @@ fn surrounding_plane(offsets: &[Point]) -> Point {
     best.1
 }
 
-/// Sum of the logarithms of the squared distances to the nearest point in each direction of a plane,
-/// `none` where there is none.
+/// Sum of the logarithms of the squared distances to the nearest point in each direction of a
+/// plane, where `none` stands for a direction without points.
 fn surrounding_distance(offsets: &[Point], normal: &Point, none: f64) -> f64 {
     let [first, second] = plane(normal);
     let mut nearest = [none; SECTORS];
@@ -174,11 +179,12 @@ fn plane(normal: &Point) -> [Point; 2] {
     [first, normal.cross(&first)]
 }
 
-/// A corner of a Voronoi cell, and the point (none: the bounds) beyond the side that starts there.
+/// A corner of a Voronoi cell, and the point beyond the side that starts there (`None` for the
+/// bounds).
 type Corner = ([f64; 2], Option<usize>);
 
-/// The points whose Voronoi cells on a plane touch the origin's, in order round it; `None` for bounds.
-/// Points keep their direction and, nearly, their distance on the surface.
+/// The points whose Voronoi cells on a plane touch the origin's cell, in order round it; `None` for
+/// the bounds. Points keep their direction and, nearly, their distance on the surface.
 fn touching_cells(offsets: &[Point], normal: &Point) -> Vec<Option<usize>> {
     let [first, second] = plane(normal);
     let bound = 4.0 * offsets.iter().map(|o| o.norm()).fold(0.0, f64::max);
@@ -195,7 +201,7 @@ fn touching_cells(offsets: &[Point], normal: &Point) -> Vec<Option<usize>> {
     cell.into_iter().map(|corner| corner.1).collect()
 }
 
-/// The part of a convex cell nearer to the origin than to a point.
+/// The part of a convex cell that is nearer to the origin than to a point.
 fn clipped(cell: &[Corner], point: [f64; 2], place: usize) -> Vec<Corner> {
     let [x, y] = point;
     let beyond = |corner: &Corner| (corner.0[0] - 0.5 * x) * x + (corner.0[1] - 0.5 * y) * y;
@@ -252,8 +258,8 @@ fn cubic(ends: [Point; 2], normals: [Point; 2], t: f64) -> Point {
 mod tests {
     use super::*;
 
-    /// Ten rings of twenty points about a cylinder of radius 1, `apart` from each other, every other
-    /// one turned by half a step.
+    /// Ten rings of twenty points about a cylinder of radius 1, `apart` from each other; every
+    /// other ring is turned by half a step.
     fn rings(apart: f64) -> Vec<Point> {
         let ring = |i: usize| {
             (0..20).map(move |j| {

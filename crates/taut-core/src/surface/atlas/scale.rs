@@ -7,53 +7,58 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood, Sheet, Workspace};
 use crate::{Matrix, Vector, parallel};
 
-/// A fit whose scatter exceeds this many spacings is not clean: more points, or fewer, may serve.
+/// Scatter of a fit, in spacings, above which it is not clean: more points, or fewer, may serve.
 pub(super) const NOISY: f64 = 0.02;
 /// Most points of a chart's fit, in multiples of the usual neighbourhood.
 const MOST_GROWTH: usize = 16;
-/// A higher degree must bring the leave-one-out error below this share of the best lower one's.
+/// Leave-one-out error of a higher degree, as a share of the best lower one's, below which the
+/// higher degree is taken.
 const DEGREE_GAIN: f64 = 0.95;
-/// A degree is used where there are this many points for each coefficient: with fewer, a good
-/// leave-one-out error may be chance and the polynomial runs away between the points.
+/// Least number of points for each coefficient of a degree that is used. With fewer, a good
+/// leave-one-out error may be chance, and the polynomial runs away between the points.
 const POINTS_A_COEFFICIENT: usize = 2;
-/// Charts by which a cloud's roughness is judged.
+/// Number of charts by which a cloud's roughness is judged.
 const JUDGED: usize = 64;
-/// The scatter in spacings from which on smoothing detail away shows in lengths, ...
+/// Scatter, in spacings, above which smoothing detail away shows in lengths.
 const ROUGH: f64 = 0.1;
-/// ... and the share of it that half of the points leave where it is detail: of noise they leave all.
+/// Share of the scatter that half of the points leave, below which it is detail: of noise they
+/// leave all.
 const DETAIL_LEFT: f64 = 0.88;
-/// Of a neighbourhood no more than one in so many is left out as far off the others.
+/// Strays are left out of a neighbourhood only up to one in this many points.
 const MOST_STRAYS: usize = 5;
-/// Residuals that correlate more than this with their neighbours' are the surface's, not noise.
+/// Correlation of residuals with their neighbours' above which they are the surface's, not noise.
 const MISFIT: f64 = 0.35;
-/// Growth stops when the scatter rises by this factor: the model no longer follows the surface.
+/// Factor of the scatter's rise at which growth stops, because the model no longer follows the
+/// surface.
 const RISE: f64 = 1.15;
 
-/// The share of a larger neighbourhood's leave-one-out error below which a smaller one is taken.
+/// Shares of a larger neighbourhood's leave-one-out error below which a smaller one is taken.
 #[derive(Clone, Copy)]
 pub(super) struct Gains {
+    /// The share for a smaller neighbourhood where the residuals of neighbours agree.
     smaller: f64,
-    /// Of half and a quarter of the points where the residuals of neighbours do not agree: that may be
+    /// The share for half of the points where the residuals of neighbours do not agree: this may be
     /// noise, which few points fit well by chance.
     half: f64,
+    /// The share for a quarter of the points where the residuals of neighbours do not agree.
     quarter: f64,
 }
 
-/// On clouds whose roughness may be noise ...
+/// The shares on clouds whose roughness may be noise.
 const CAUTIOUS: Gains = Gains {
     smaller: 0.7,
     half: 0.65,
     quarter: 0.5,
 };
-/// ... and on those where it is detail.
+/// The shares on clouds whose roughness is detail.
 const DETAILED: Gains = Gains {
     smaller: 0.85,
     half: 0.85,
     quarter: 0.75,
 };
 
-/// Judges whether a cloud's roughness is detail, which half of the points fit better, or may be noise,
-/// which they do not, from some of its cells (tree indices).
+/// Judges from some of a cloud's cells (tree indices) whether its roughness is detail, which half
+/// of the points fit better, or may be noise, which they do not.
 pub(super) fn gains<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -93,12 +98,12 @@ pub(super) fn gains<const D: usize>(
     }
 }
 
-/// Points of a chart's fit where nothing speaks for more or fewer.
+/// Number of points of a chart's fit where nothing speaks for more or fewer.
 pub(super) fn usual_points(monomials: &Monomials) -> usize {
     3 * monomials.count(4) + 5
 }
 
-/// The point nearest to the mean of some (tree indices): charts start there.
+/// The point nearest to the mean of some points (tree indices), from which a chart starts.
 pub(super) fn seed<const D: usize>(tree: &Tree<D>, points: &[u32]) -> Option<u32> {
     let sum = points.iter().fold(Vector::<D>::zeros(), |sum, i| {
         sum + tree.points[*i as usize]
@@ -109,14 +114,15 @@ pub(super) fn seed<const D: usize>(tree: &Tree<D>, points: &[u32]) -> Option<u32
     nearest.min_by(|a, b| gap(a).total_cmp(&gap(b)))
 }
 
-/// Outliers lie farther off than so many spacings.
+/// Least distance of an outlier from the fit, in spacings.
 const STRAYED: f64 = 0.1;
 
-/// Fits the chart around a point; returns it with the points it was fitted to.
+/// Fits the chart around a point; returns it with the points that it was fitted to.
 ///
 /// Clean points get the usual neighbourhood. Where it does not fit, the surface may turn within few
-/// spacings: a smaller one that fits much better is taken. If none does, and residuals of neighbours
-/// do not agree, they are noise: larger ones are taken while that only averages it (Lepski's rule).
+/// spacings, and a smaller neighbourhood that fits much better is taken. If none does, and the
+/// residuals of neighbours do not agree, they are noise, and larger neighbourhoods are taken while
+/// that only averages it (Lepski's rule).
 pub(super) fn fit<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -138,6 +144,7 @@ pub(super) fn fit<const D: usize>(
         f.as_ref()
             .map_or(f64::INFINITY, |(fitted, _)| fitted.chart.residual)
     };
+    // Few noisy points often fit well by chance, so where there is noise they must gain more.
     let noise = first.as_ref().is_some_and(|f| f.0.misfit.abs() <= MISFIT);
     let mut detailed = None;
     for (wanted, chance) in [(usual / 2, gains.half), (usual / 4 + 1, gains.quarter)] {
@@ -157,6 +164,8 @@ pub(super) fn fit<const D: usize>(
         return Some((best.0.chart, best.1));
     }
     let first = best.0.clone();
+    // Larger neighbourhoods are taken while the centre moves by no more than the errors of both
+    // fits explain.
     let mut growth = 2;
     while growth <= MOST_GROWTH {
         let Some((next, members)) = fit(growth * usual) else {
@@ -176,16 +185,18 @@ pub(super) fn fit<const D: usize>(
     Some((chart, best.1))
 }
 
+/// A chart that was fitted to a neighbourhood.
 #[derive(Clone)]
 pub(super) struct Fitted<const D: usize> {
     pub chart: Chart<D>,
+    /// Weighted root mean square residual, corrected for the degrees of freedom.
     sigma: f64,
     /// Correlation of neighbours' residuals; 0 where the fit is clean.
     misfit: f64,
 }
 
-/// The chart of a neighbourhood without the points that lie far off what the others make: outliers between sheets. They
-/// hide each other, so that it takes a few turns.
+/// The chart of a neighbourhood without the points that lie far off what the others make, which are
+/// outliers between sheets. They hide each other, so that it takes a few turns.
 fn fit_without_strays<const D: usize>(
     sheet: &Sheet<D>,
     mut neighbourhood: Neighbourhood<D>,
@@ -213,7 +224,8 @@ fn fit_without_strays<const D: usize>(
     }
 }
 
-/// Turns the frame to the surface at the seed, then fits the degree with the least leave-one-out error.
+/// Turns the frame to the surface at the seed, then fits heights. A higher degree is taken where
+/// its leave-one-out error is less than [`DEGREE_GAIN`] times that of the best lower one.
 pub(super) fn fit_chart<const D: usize>(
     sheet: &Sheet<D>,
     neighbourhood: &Neighbourhood<D>,
@@ -231,6 +243,7 @@ pub(super) fn fit_chart<const D: usize>(
     let mut coefficients = Vec::new();
     let locals = members.clone().map(|x| frame.tr_mul(&(x - origin)));
     let scale = samples.set(m, locals);
+    // A first fit turns the frame, so that the heights have no slope at the origin.
     if let Some(degree) = fit.factor(monomials, 2, samples) {
         fit.coefficients(monomials, degree, &mut coefficients);
         (origin, frame) = turned(&origin, &frame, &coefficients, scale, k);
@@ -280,12 +293,13 @@ pub(super) fn fit_chart<const D: usize>(
     })
 }
 
-/// The distance of neighbouring points among `count` spread evenly over a k-ball.
+/// The distance between neighbouring points among `count` points spread evenly over a k-ball.
 fn spread(radius: f64, count: usize, k: usize) -> f64 {
     radius * (sheets::unit_ball(k) / count as f64).powf(1.0 / k as f64)
 }
 
-/// The frame turned so that the fitted heights have no slope at the origin, which moves onto them.
+/// The frame turned so that the fitted heights have no slope at the origin, and the origin moved
+/// onto them.
 fn turned<const D: usize>(
     origin: &Vector<D>,
     frame: &Matrix<D>,
@@ -313,8 +327,8 @@ fn turned<const D: usize>(
     (moved, turned)
 }
 
-/// Distance from the origin to the nearest fitted point where the chart is too steep over its plane to
-/// be a height any more; infinite where none is.
+/// Distance from the origin to the nearest fitted point where the chart is too steep over its plane
+/// to be a height any more; infinite where there is none.
 pub(super) fn steep_distance<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,

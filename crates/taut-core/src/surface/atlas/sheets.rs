@@ -1,7 +1,7 @@
 //! Neighbourhoods that stay on one sheet.
 //!
 //! Points near in space may belong to another layer. A neighbourhood grows outwards from a tangent
-//! plane found at the smallest scale where the points are flat; at each size the heights over the
+//! plane found at the smallest scale where the points are flat. At each size the heights over the
 //! model fitted so far are sorted, and an empty interval well wider than the scatter on either side
 //! separates this sheet from the next. Noise fills such intervals, so a noisy sheet is kept whole.
 
@@ -16,46 +16,47 @@ use crate::{Matrix, Vector};
 /// Points of one sheet around a seed.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbourhood<const D: usize> {
-    /// Points of the sheet, as tree indices, nearest first; holds the seed unless it is an outlier.
+    /// Points of the sheet, as tree indices, nearest first; they hold the seed unless it is an
+    /// outlier.
     pub members: Vec<u32>,
-    /// Orthonormal frame: columns 0..m normal, m..D tangent.
+    /// An orthonormal frame: columns 0..m are normal, m..D tangent.
     pub frame: Matrix<D>,
 }
 
 /// Root of (scatter across / scatter along) below which points count as flat.
 const FLAT: f64 = 0.25;
-/// An empty interval of heights separates sheets when it is wider than this many deviations of the
-/// sheet's own heights ...
+/// Least width of an empty interval of heights that separates sheets, in deviations of the sheet's
+/// own heights.
 const GAP_DEVIATIONS: f64 = 4.0;
-/// ... and than this many spacings.
+/// Least width of an empty interval of heights that separates sheets, in spacings.
 const GAP_SPACINGS: f64 = 0.4;
 
-/// Points that may surround a seed on a plane, ...
+/// Number of points that may surround a seed on a plane.
 const SURROUNDING_POINTS: usize = 24;
-/// ... the height over it up to which they count as on it, in spacings, ...
+/// Height over a plane up to which points count as on it, in spacings.
 const THICKNESS: f64 = 0.5;
-/// ... the directions in it that are told apart, ...
+/// Number of directions in a plane that are told apart.
 pub(super) const SECTORS: usize = 8;
-/// ... and how many of them hold points where the plane is the sheet's.
+/// Number of directions that must hold points where a plane is the sheet's.
 const SURROUNDED: usize = 6;
 
-/// Points of a search that its first plane looks at: more do not change it.
+/// Number of points of a search that its first plane looks at: more do not change it.
 const FIRST_POINTS: usize = 32;
 
-/// The memory of all that is computed for a chart, kept for the next one.
+/// The memory of everything that is computed for a chart, kept for the next one.
 #[derive(Default)]
 pub(crate) struct Workspace<const D: usize> {
     found: Vec<Neighbour>,
     /// The found points in the frame of the first plane.
     local: Vec<Vector<D>>,
-    /// The sheet's points as places among those found.
+    /// The sheet's points, as places among those found.
     kept: Vec<u32>,
     heights: Vec<f64>,
     sorted: Vec<f64>,
     model: Model,
     pub samples: Samples,
     pub fit: LeastSquares,
-    /// Places among the points last fitted of those far off the others.
+    /// The points that lie far off the others, as places among the points last fitted.
     pub strays: Vec<u32>,
 }
 
@@ -66,7 +67,7 @@ type Start<const D: usize> = (Vec<u32>, Matrix<D>);
 pub(crate) struct Sheet<'a, const D: usize> {
     pub tree: &'a Tree<D>,
     pub monomials: &'a Monomials,
-    /// The tree's point at which it starts.
+    /// The tree's point at which the sheet starts.
     pub seed: u32,
     start: Option<Start<D>>,
 }
@@ -81,7 +82,8 @@ impl<'a, const D: usize> Sheet<'a, D> {
         }
     }
 
-    /// Grows it to `wanted` points; `None` where there is no tangent space (points on a line).
+    /// Grows the sheet to `wanted` points; `None` where there is no tangent space, as for points on
+    /// a line.
     pub fn grow(
         &mut self,
         wanted: usize,
@@ -117,11 +119,13 @@ impl<'a, const D: usize> Sheet<'a, D> {
 }
 
 impl<const D: usize> Workspace<D> {
-    /// The last neighbourhood grown holds all points as near as its farthest: no other sheet comes by.
+    /// Whether the neighbourhood last grown holds all points that are as near as its farthest, so
+    /// that no other sheet comes by.
     pub fn alone(&self) -> bool {
         self.kept.iter().copied().eq(0..self.kept.len() as u32)
     }
 
+    /// Puts the found points into the frame of the first plane.
     fn place(&mut self, tree: &Tree<D>, origin: &Vector<D>, frame: &Matrix<D>) {
         let point = |n: &Neighbour| tree.points[n.index as usize];
         let found = self.found.iter();
@@ -159,8 +163,9 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// The heights over the model of the first `size` found, and of those after while they keep within
-    /// one sheet for certain, less than `wide` apart; the spread of all those.
+    /// Computes the heights over the model of the first `size` points found, and of those after
+    /// them while they certainly keep within one sheet, less than `wide` apart. Returns the spread
+    /// of all these heights.
     fn spread(&mut self, k: usize, size: usize, wide: f64) -> f64 {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         self.heights.clear();
@@ -175,7 +180,7 @@ impl<const D: usize> Workspace<D> {
         high - low
     }
 
-    /// The plane at the mean height of the kept points.
+    /// Sets the model to the plane at the mean height of the kept points.
     fn set_plane(&mut self, k: usize) {
         let m = D - k;
         let kept = || self.kept.iter().map(|i| &self.local[*i as usize]);
@@ -191,7 +196,8 @@ impl<const D: usize> Workspace<D> {
         self.model.deviation = scatter(deviations, &mut self.sorted);
     }
 
-    /// Fits the kept points: a plane while few, then a quadric, over the frame's tangent plane.
+    /// Fits the kept points over the frame's tangent plane: by a plane while they are few, then by
+    /// a quadric.
     fn fit_model(&mut self, monomials: &Monomials) -> Option<()> {
         let k = monomials.variables;
         let degree = if self.kept.len() >= 2 * monomials.count(2) {
@@ -212,7 +218,8 @@ impl<const D: usize> Workspace<D> {
     }
 }
 
-/// The distance of neighbouring points if spread evenly, from the eighth-nearest neighbour.
+/// The distance between neighbouring points if they were spread evenly, from the eighth-nearest
+/// neighbour.
 pub(super) fn spacing(found: &[Neighbour], k: usize) -> f64 {
     let last = found.len().min(9) - 1;
     let ball = unit_ball(k);
@@ -228,8 +235,9 @@ pub(crate) fn unit_ball(k: usize) -> f64 {
     }
 }
 
-/// The smallest flat neighbourhood: its points and its frame. On surfaces in space its plane's points
-/// must surround the seed too: an arc of points about a thin limb is flat as well.
+/// The smallest flat neighbourhood: its points and its frame. On surfaces in space the points of
+/// its plane must surround the seed as well, because an arc of points about a thin limb is flat
+/// too.
 fn first_plane<const D: usize>(tree: &Tree<D>, k: usize, found: &[Neighbour]) -> Option<Start<D>> {
     let around = (k == 2 && D == 3).then(|| Around::new(tree, found));
     let mut flattest: Option<(usize, Principal<D>)> = None;
@@ -263,14 +271,15 @@ fn first_plane<const D: usize>(tree: &Tree<D>, k: usize, found: &[Neighbour]) ->
 
 /// The principal components of some points.
 struct Principal<const D: usize> {
-    /// Columns by ascending scatter: normals first.
+    /// The principal directions in columns, by ascending scatter: normals first.
     frame: Matrix<D>,
-    /// Root of (scatter across / least scatter along) the first k.
+    /// Root of (scatter across / least scatter along) for the first k directions.
     flatness: f64,
 }
 
 impl<const D: usize> Principal<D> {
-    /// `None` where fewer than k directions have extent.
+    /// The principal components of the points found; `None` where fewer than k directions have
+    /// extent.
     fn new(tree: &Tree<D>, found: &[Neighbour], k: usize) -> Option<Self> {
         let points = found.iter().map(|n| tree.points[n.index as usize]);
         let (values, frame) = principal::eigen(&principal::scatter(points))?;
@@ -286,10 +295,12 @@ impl<const D: usize> Principal<D> {
     }
 }
 
-/// The near neighbours of a seed in space, as offsets in spacings: which planes do they surround it on?
+/// The near neighbours of a seed in space, as offsets in spacings, which tell the planes on which
+/// they surround the seed.
 ///
-/// Each of [`SECTORS`] directions in a plane counts by the nearest point in it alone, so that neither
-/// the many points along a scan line nor those of other layers outvote the few of the sheet.
+/// Each of [`SECTORS`] directions in a plane counts by the nearest point in it alone, so that
+/// neither the many points along a scan line nor those of other layers outvote the few of the
+/// sheet.
 struct Around<const D: usize> {
     offsets: Vec<Vector<D>>,
 }
@@ -326,8 +337,9 @@ impl<const D: usize> Around<D> {
         occupied(&self.weights(frame))
     }
 
-    /// The plane through the seed and two neighbours on which they surround it best, and the points
-    /// on it: for seeds between close layers, on thin limbs or on scan lines.
+    /// The plane through the seed and two neighbours on which the neighbours surround the seed
+    /// best, and the points on it. It serves seeds between close layers, on thin limbs or on scan
+    /// lines.
     fn plane(&self) -> Option<Start<D>> {
         let mut best: Option<(f64, Matrix<D>)> = None;
         for (a, first) in self.offsets.iter().enumerate().skip(1) {
@@ -361,7 +373,7 @@ impl<const D: usize> Around<D> {
     }
 }
 
-/// The one of [`SECTORS`] in which a direction of a plane lies.
+/// The index of the sector, one of [`SECTORS`], in which a direction of a plane lies.
 pub(super) fn sector(x: f64, y: f64) -> usize {
     usize::from(y < 0.0) * 4 + usize::from(x < 0.0) * 2 + usize::from(x.abs() < y.abs())
 }
@@ -371,7 +383,7 @@ fn occupied(weights: &[f64; SECTORS]) -> usize {
     weights.iter().filter(|w| **w > 0.0).count()
 }
 
-/// Fills columns from `first` on so that the matrix is orthonormal.
+/// Fills the columns from `first` on so that the matrix is orthonormal.
 pub(crate) fn complete<const D: usize>(frame: &mut Matrix<D>, first: usize) {
     for column in first..D {
         let mut best = Vector::<D>::zeros();
@@ -432,13 +444,13 @@ fn scatter(deviations: impl Iterator<Item = f64>, memory: &mut Vec<f64>) -> f64 
 struct Model {
     coefficients: Vec<f64>,
     scale: f64,
-    /// Scatter of the members about it.
+    /// Scatter of the members about the model.
     deviation: f64,
 }
 
 impl Model {
-    /// Signed height over the model for one normal, the size of the height for several; of a point in
-    /// the frame.
+    /// Height over the model of a point in the frame: signed for one normal, the size of the height
+    /// for several.
     fn height<const D: usize>(&self, k: usize, local: &Vector<D>) -> f64 {
         let m = D - k;
         let mut u = [0.0; D];

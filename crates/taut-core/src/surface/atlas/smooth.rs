@@ -1,9 +1,10 @@
-//! Larger charts where the surface is smooth: one for the points of several leaves of the tree.
+//! Larger charts where the surface is smooth: one chart for the points of several leaves of the
+//! tree.
 //!
-//! A clean fit of the highest degree to a wider neighbourhood needs no more samples than a small one: of its
-//! points, every other or third is taken, and the rest are only looked at. So both the charts and the work for
-//! each point become fewer, at an error that grows with the fifth power of the radius and is held far below the
-//! spacing of the points.
+//! A clean fit of the highest degree to a wider neighbourhood needs no more samples than one to a
+//! small neighbourhood: only some of its points, at an even stride, are fitted, and the rest are
+//! only checked. So both the charts and the work for each point become fewer, at an error that
+//! grows with the fifth power of the radius and is held far below the spacing of the points.
 
 use crate::parallel;
 use crate::spatial::tree::Tree;
@@ -15,16 +16,18 @@ use crate::surface::atlas::sheets::{Neighbourhood, Sheet, Workspace};
 
 /// Most leaves that a chart may stand for; a power of two, so that they are a subtree.
 pub(super) const MOST_LEAVES: usize = 4;
-/// A large chart's residual in spacings is at most this.
+/// Largest residual of a large chart, in spacings.
 const SMOOTH: f64 = 1e-6;
-/// Points of a large chart's neighbourhood, as a share of those that its leaves would have.
+/// Number of points of a large chart's neighbourhood, as a share of those that its leaves would
+/// have.
 const SHARED: f64 = 0.9;
-/// Samples that are enough for a chart without noise.
+/// Number of samples that are enough for a chart without noise.
 const SAMPLES: usize = 60;
-/// Groups of leaves by which it is judged whether large charts will do.
+/// Number of groups of leaves by which it is judged whether large charts will do.
 const JUDGED: usize = 64;
 
-/// How many leaves a chart may stand for where most of a cloud's are as smooth as some of them: 1, 2 or 4.
+/// How many leaves a chart may stand for: the largest of 4, 2 and 1 at which more than half of some
+/// groups of leaves are smooth enough.
 pub(super) fn leaves_a_chart<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,
@@ -46,8 +49,8 @@ pub(super) fn leaves_a_chart<const D: usize>(
     most
 }
 
-/// One chart for the points of a few leaves, if they lie on one sheet that is smooth and has no other within
-/// reach.
+/// One chart for the points of a few leaves, if they lie on one sheet that is smooth and has no
+/// other sheet within reach.
 pub(super) fn large<const D: usize>(
     tree: &Tree<D>,
     monomials: &Monomials,

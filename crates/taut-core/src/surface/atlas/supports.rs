@@ -1,4 +1,5 @@
-//! A tree of boxes round the supports of charts: which charts may pass nearest to a point, however large they are.
+//! A tree of boxes round the supports of charts, which finds the charts that may pass nearest to a
+//! point, however large they are.
 
 use crate::Vector;
 use crate::surface::atlas::ChartIndex;
@@ -7,19 +8,19 @@ use crate::surface::atlas::chart::Chart;
 /// Most charts of a leaf.
 const LEAF: usize = 4;
 
-/// A part of the charts, in a box that holds their supports; the parts of it follow.
+/// A part of the charts, in a box that holds their supports; the halves of the part follow it.
 #[derive(Clone, Debug)]
 struct Part<const D: usize> {
     low: Vector<D>,
     high: Vector<D>,
-    /// Where its charts stand in the order.
+    /// The range of the part's charts in the order.
     range: std::ops::Range<usize>,
-    /// The second of its halves, the first comes next; none of a leaf.
+    /// The index of the part's second half, while the first comes next; `None` for a leaf.
     second: Option<usize>,
 }
 
 impl<const D: usize> Part<D> {
-    /// Squared distance from a point; 0 inside.
+    /// Squared distance of a point from the box; 0 inside.
     fn gap(&self, x: &Vector<D>) -> f64 {
         let beside = (self.low - x).sup(&(x - self.high));
         beside.sup(&Vector::zeros()).norm_squared()
@@ -37,7 +38,7 @@ pub(super) struct Supports<const D: usize> {
 type Nearest = (f64, ChartIndex);
 
 impl<const D: usize> Supports<D> {
-    /// O(n log n).
+    /// Makes the tree of the charts' supports. O(n log n).
     pub fn new(charts: &[Chart<D>]) -> Self {
         let mut supports = Self {
             order: (0..charts.len() as ChartIndex).collect(),
@@ -47,10 +48,11 @@ impl<const D: usize> Supports<D> {
         supports
     }
 
+    /// Adds the part of a range of charts, and its halves after it.
     fn split(&mut self, charts: &[Chart<D>], range: std::ops::Range<usize>) {
         let of = |i: &ChartIndex| &charts[*i as usize];
         let held = || self.order[range.clone()].iter().map(of);
-        // The corners of the box round the origins, each grown by a share of its radius.
+        // These are the corners of the box round the origins, each grown by a share of its radius.
         let corners = |share: f64| {
             let none = Vector::<D>::repeat(f64::INFINITY);
             held().fold([none, -none], |[low, high], chart| {
@@ -85,9 +87,10 @@ impl<const D: usize> Supports<D> {
         self.split(charts, range.start + middle..range.end);
     }
 
-    /// The chart to which `distance` says that a point is nearest, squared, of equal ones the first; it is asked only of
-    /// charts whose support comes as near, and may answer with any larger distance where it is larger than the least so far,
-    /// which it is given.
+    /// The chart to which a point is nearest by `distance`, which gives a squared distance; of
+    /// equal ones the first. `distance` is asked only about charts whose support comes near enough.
+    /// It is given the least distance so far, and may answer with any larger distance where its own
+    /// is larger than that.
     pub fn nearest(
         &self,
         charts: &[Chart<D>],
@@ -157,7 +160,8 @@ mod tests {
         let supports = Supports::new(&charts);
         for _ in 0..300 {
             let x = Vector::from([next(), next(), next()]);
-            // A function that is not the distance from the origins, but not less than that from the supports.
+            // This is a function that is not the distance from the origins, but is not less than
+            // the distance from the supports.
             let far = |i: ChartIndex| {
                 let chart = &charts[i as usize];
                 let off = ((x - chart.origin).norm() - chart.radius).max(0.0) + chart.origin[0];

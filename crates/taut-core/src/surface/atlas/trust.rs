@@ -1,5 +1,5 @@
-//! How far charts are trusted: beside an outlier a fit may err by a good part of a spacing where the charts around do not err
-//! at all, and the blend leaves the word to these.
+//! How far charts are trusted. Beside an outlier a fit may err by a good part of a spacing where
+//! the charts around do not err at all; the blend then follows these others.
 
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::median;
@@ -7,17 +7,19 @@ use crate::surface::atlas::scale::NOISY;
 use crate::surface::atlas::{ChartIndex, Lists, UNEVEN};
 use crate::{Vector, parallel};
 
-/// All charts are trusted fully where the median residual around is more than so many spacings: creases and noise spoil many fits
-/// at once, and one that fits well may do so by chance.
+/// Median residual of the charts around, in spacings, above which all charts are trusted fully.
+/// Creases and noise spoil many fits at once, and one that fits well may do so by chance.
 const CLEAN: f64 = 2e-3;
-/// A chart is trusted fully that leaves no more of its points than so many times what the charts around it usually do, ...
+/// Residual of a chart, in median residuals of the charts around it, up to which it is trusted
+/// fully.
 const USUAL: f64 = 3.0;
-/// ... and a chart that leaves more is trusted by this power of the ratio.
+/// Power of the ratio of the residual allowed to a chart's residual by which a chart with a larger
+/// residual is trusted.
 const POWER: i32 = 4;
-/// Charts that err by no more spacings have no ripples that matter.
+/// Error of a chart's height, in spacings, up to which its ripples do not matter.
 const SMOOTH: f64 = 1e-3;
 
-/// Sets how far each chart is trusted, by those beside it, and how far the blend errs near it.
+/// Sets how far each chart is trusted, by the charts beside it, and how far the blend errs near it.
 pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists) {
     let trusts = parallel::map(charts.len(), |i| trust(charts, neighbours.of(i as u32)));
     for (chart, trust) in charts.iter_mut().zip(trusts) {
@@ -37,7 +39,7 @@ pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists)
     }
 }
 
-/// How far the first of some charts is trusted.
+/// How far the first of some charts is trusted, from 0 to 1.
 fn trust<const D: usize>(charts: &[Chart<D>], beside: &[ChartIndex]) -> f64 {
     let chart = &charts[beside[0] as usize];
     if chart.clean() {
@@ -51,8 +53,8 @@ fn trust<const D: usize>(charts: &[Chart<D>], beside: &[ChartIndex]) -> f64 {
     (most / chart.residual).min(1.0).powi(POWER)
 }
 
-/// The error of height of the blend of some charts at a point: the largest of those that count there, each by how far it is
-/// trusted beside the others.
+/// The error of height of the blend of some charts at a point: the largest error of the charts that
+/// count there, each weighted by how far the chart is trusted beside the others.
 pub(super) fn blend_error<'a, const D: usize>(
     x: &Vector<D>,
     charts: impl Iterator<Item = &'a Chart<D>> + Clone,

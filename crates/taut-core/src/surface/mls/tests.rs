@@ -18,7 +18,7 @@ fn sphere(count: usize) -> Atlas<3> {
 
 #[test]
 fn sphere_shrinks_by_half_h_squared() {
-    // By (16) on a sphere: the mean height of the points within theta is kappa h^2 / 2.
+    // By (16) on a sphere, the mean height of the points within theta is kappa h^2 / 2.
     for h in [0.08, 0.16] {
         let surface = MovingLeastSquares::new(sphere(10_000), Some(h)).expect("surface");
         let mut scratch = Geometry::new(1);
@@ -109,7 +109,7 @@ fn padded_with_a_coordinate_nothing_changes() {
         let t = scratch.tangent(0);
         let bend = wider.bend(&Vector::<4>::new(t[0], t[1], t[2], 0.0));
         let off = (scratch.bend(&t) - bend.fixed_rows::<3>(0)).norm() + bend[3].abs();
-        // Both bends are differences of gradients at feet that agree to 1e-9.
+        // Both normal curvature vectors are differences of gradients at feet that agree to 1e-9.
         assert!(off < 1e-6, "{row} {off:e}");
     }
 }
@@ -135,7 +135,7 @@ fn roll() -> (Vec<f64>, Vec<[f64; 2]>) {
             rows.extend([radius * angle.cos(), radius * angle.sin(), z]);
             unrolled.push([along, z]);
         }
-        // Midpoint rule for d angle / d along.
+        // The midpoint rule for d angle / d along gives the angle.
         let half = angle + 0.5 * step / radius.hypot(growth);
         angle += step / (inner + growth * half).hypot(growth);
         along += step;

@@ -6,7 +6,8 @@ use crate::surface::implicit::Equations;
 use crate::surface::shapes::Shape;
 use crate::{Matrix, Vector};
 
-/// In D >= [`Shape::dimension`] dimensions: surplus coordinates x_i add the equations x_i = 0.
+/// The equations of a shape in D >= [`Shape::dimension`] dimensions: surplus coordinates x_i add
+/// the equations x_i = 0.
 ///
 /// # Panics
 /// If D is less than the shape's dimension.
@@ -83,7 +84,7 @@ impl Shape {
     }
 }
 
-/// Where values and derivatives go.
+/// Where values and derivatives of the equations go.
 struct Jet<'a, const D: usize> {
     values: &'a mut [f64],
     gradients: &'a mut [Vector<D>],
@@ -105,7 +106,7 @@ impl<const D: usize> Jet<'_, D> {
         }
     }
 
-    /// (sum w_i x_i^2 - level) / 2 over some coordinates.
+    /// Sets an equation to (sum w_i x_i^2 - level) / 2 over some coordinates.
     fn quadric(
         &mut self,
         equation: usize,
@@ -134,8 +135,8 @@ fn unit<const D: usize>(i: usize) -> Vector<D> {
     unit
 }
 
-/// Polar coordinates in the x-y plane, with the unit vectors along the radius and round the axis (not
-/// finite on the axis).
+/// Polar coordinates in the x-y plane, with the unit vectors along the radius and round the axis,
+/// which are not finite on the axis.
 struct Polar<const D: usize> {
     radius: f64,
     radial: Vector<D>,
@@ -174,7 +175,8 @@ fn torus<const D: usize>(x: &Vector<D>, major: f64, minor: f64, jet: &mut Jet<'_
 fn rotations<const D: usize>(x: &Vector<D>, jet: &mut Jet<'_, D>) {
     let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     for (equation, (i, j)) in pairs.into_iter().enumerate() {
-        // Half of a square where a column meets itself, so that every gradient has about unit length.
+        // A column that meets itself counts by half of its square, so that every gradient has about
+        // unit length.
         let share = if i == j { 0.5 } else { 1.0 };
         let mut value = if i == j { -0.5 } else { 0.0 };
         let mut gradient = Vector::zeros();
@@ -265,7 +267,7 @@ mod tests {
             Shape::Roll {
                 inner_radius, gap, ..
             } => {
-                // Of all layers along the ray, the one nearest in radius.
+                // Of all layers along the ray, the one nearest in radius is taken.
                 let angle = x[1].atan2(x[0]);
                 let off = |turn: i32| {
                     radius() - *inner_radius - (angle + f64::from(turn) * TAU) * (gap / TAU)

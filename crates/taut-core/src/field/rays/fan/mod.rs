@@ -130,8 +130,8 @@ impl<const D: usize, P: Copy> Ray<D, P> {
         ))
     }
 
-    /// The first length at which a ray at an angle beside this one is too far off, or off by a
-    /// share of that distance.
+    /// The first length at which a ray at an angle beside this one is too far off; with a `share`,
+    /// the length at which it is off by this share of that distance.
     fn parted(&self, angle: f64, share: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
             let spacing = spacing[knot.near as usize];

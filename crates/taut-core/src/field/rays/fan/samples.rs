@@ -65,6 +65,7 @@ pub(in crate::field) fn samples<const D: usize, P: Copy + Send + Sync>(
         };
         near = ray::nearest(fan.graph, &frame.point, near);
         let spacing = spacing[near as usize];
+        // Jets are of no use beyond where rays meet, and shortly before.
         if !(j > 0.0 && slope / j * spacing > -FOCUSED) {
             break;
         }
