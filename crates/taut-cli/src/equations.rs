@@ -246,7 +246,9 @@ pub fn points_of<'a>(
         End::Point(point) if point.len() == dimension => Ok(point.as_slice()),
         _ => Err(Failure::End {
             end: end.to_string(),
-            reason: format!("expected {dimension} coordinates, one for each variable of the equations"),
+            reason: format!(
+                "expected {dimension} coordinates, one for each variable of the equations"
+            ),
         }),
     };
     ends.into_iter().map(point).collect()

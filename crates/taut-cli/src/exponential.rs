@@ -207,7 +207,9 @@ impl Answer {
 impl Found {
     fn write_one(self, settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
         let Some(shot) = self.shots.into_iter().next() else {
-            return Err(Failure::Usage("--direction: found none, expected one".to_owned()));
+            return Err(Failure::Usage(
+                "--direction: found none, expected one".to_owned(),
+            ));
         };
         let shot = shot.map_err(|reason| Failure::End {
             end: "--direction".to_owned(),

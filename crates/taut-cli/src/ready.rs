@@ -229,7 +229,7 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         };
         let told: Vec<usize> = (0..ends.len()).filter(is_told).collect();
         let doubt = |i: usize| match is_far(i) {
-            true => ", farther than a few spacings of the points there (is this the surface that you mean?)",
+            true => ", farther than a few spacings of the points there: is this the right surface?",
             false => "",
         };
         for i in told.iter().copied().take(MOST_TOLD) {

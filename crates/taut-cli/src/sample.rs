@@ -223,7 +223,9 @@ fn of_atlas<const D: usize>(
     let located = |end: &End| match end {
         End::Point(point) if point.len() != dimension => Err(Failure::End {
             end: end.to_string(),
-            reason: format!("expected {dimension} coordinates, as many as the points of the surface have"),
+            reason: format!(
+                "expected {dimension} coordinates, as many as the points of the surface have"
+            ),
         }),
         _ => atlas
             .locate(end)

@@ -111,9 +111,7 @@ pub enum Error {
         dimension: usize,
     },
     /// Logarithms where distances are not found by rays from points of a two-dimensional surface.
-    #[error(
-        "logarithms need a smooth two-dimensional surface, point sources and no costs"
-    )]
+    #[error("logarithms need a smooth two-dimensional surface, point sources and no costs")]
     NoDirections,
     /// Isolines on a surface that is not two-dimensional.
     #[error("isolines need a two-dimensional surface, found one of dimension {dimension}")]

@@ -169,7 +169,10 @@ fn go_on(
         match is_done.get_mut(done.block) {
             Some(is_done) if !*is_done => *is_done = true,
             _ => {
-                let reason = format!("found block {} done twice, or outside the matrix", done.block);
+                let reason = format!(
+                    "found block {} done twice, or outside the matrix",
+                    done.block
+                );
                 return Err(journal::refused(&path, &reason));
             }
         }
