@@ -563,7 +563,7 @@ impl TryFrom<MatrixFlags> for MatrixSettings {
         for file in std::iter::once(&flags.output).chain(&flags.errors) {
             if file.extension().is_none_or(|found| found != extension) {
                 return Err(Failure::Usage(format!(
-                    "{}: found another extension than .{extension}, which a matrix {} --radius must have; rename it",
+                    "{}: expected the extension .{extension}, which a matrix {} --radius must have; rename it",
                     file.display(),
                     if flags.radius.is_some() {
                         "with"

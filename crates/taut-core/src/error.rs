@@ -157,7 +157,7 @@ pub enum Error {
         found: f64,
     },
     /// A factor of slopes that is negative or not finite.
-    #[error("the factor of the grade of slopes cannot be {found}; give a number of at least 0")]
+    #[error("the factor for the grade of a slope cannot be {found}; give a number of at least 0")]
     BadSlope {
         /// The factor given.
         found: f64,
