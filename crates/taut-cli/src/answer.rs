@@ -37,7 +37,7 @@ impl Place {
     pub fn warning(&self) -> Option<String> {
         let farthest = self.farthest.filter(|farthest| self.moved > *farthest)?;
         Some(format!(
-            "{:.1e} from the model, whose points lie within {farthest:.1e} of it there: it may belong to another part",
+            "{:.1e} from the model, though the points that it was fitted to lie within {farthest:.1e} of it there: the end may mean another part of the surface",
             self.moved
         ))
     }
@@ -130,10 +130,10 @@ impl Answer {
     }
 }
 
-/// That an end lies off the surface by so many spacings of its points.
+/// Says that an end lies off the surface, by `spacings` of its points.
 pub fn outlying(end: &End, spacings: f64) -> String {
     format!(
-        "{end} is no point of the surface: it lies {} spacings off it, and where it was moved to is what counts",
+        "{end} is no point of the surface: it lies {} spacings off it, and the answer is for the place that it was moved to",
         crate::output::significant(spacings)
     )
 }

@@ -167,7 +167,7 @@ fn warnings(
     {
         let unreachable: usize = rest.iter().sum();
         warnings.push(format!(
-            "the surface has {} pieces: no path connects the largest, of {largest} points, with the {unreachable} points of the others",
+            "the surface has {} pieces: no path connects the largest piece, which has {largest} points, with the {unreachable} points of the others",
             components.len()
         ));
     }
@@ -184,13 +184,13 @@ fn rows_lost(points: &PointFacts) -> Vec<String> {
     }
     if points.far > 0 {
         warnings.push(format!(
-            "{} of {} rows are left out because they lie more than 1e7 times as far off as all others (values that stand for missing data?); they cannot be ends of paths",
+            "{} of {} rows are left out because they lie more than 1e7 times as far off as all others (do they stand for missing data?); they cannot be ends of paths",
             points.far, points.rows
         ));
     }
     if points.duplicates > 0 {
         warnings.push(format!(
-            "{} rows repeat the place of another and count once",
+            "{} rows repeat the coordinates of another row and count once",
             points.duplicates
         ));
     }
@@ -202,13 +202,13 @@ fn surface_doubts(points: &PointFacts, charts: &ChartFacts) -> Vec<String> {
     let [narrow, spacing, wide] = charts.spacing;
     if let Some(distance) = points.other_sheet.filter(|distance| *distance < NEAR_SHEET) {
         warnings.push(format!(
-            "another sheet comes as near as {} spacings: sheets nearer than some {NEAR_SHEET} may be read as one, and paths cross between them",
+            "another sheet comes as near as {} spacings: sheets nearer than about {NEAR_SHEET} spacings may be read as one, and paths then cross between them",
             significant(distance)
         ));
     }
     if charts.noise > LOUD * spacing {
         warnings.push(format!(
-            "the points lie {} spacings off the surface fitted to them: it is smoothed, and detail that fine is lost",
+            "the points lie {} spacings off the surface fitted to them: the surface is smoothed, and detail as fine as this is lost",
             significant(charts.noise / spacing)
         ));
     }
@@ -226,7 +226,7 @@ fn surface_doubts(points: &PointFacts, charts: &ChartFacts) -> Vec<String> {
     }
     if points.points_between_rows > 0 {
         warnings.push(format!(
-            "the points lie in rows far apart, and {} more were put between them: how good these are no error estimate knows",
+            "the points lie in rows far apart, and {} more were put between them: no error estimate knows how good these are",
             points.points_between_rows
         ));
     }

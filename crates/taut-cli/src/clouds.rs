@@ -51,7 +51,7 @@ pub fn refuse_mls(model: &Model) -> Result<(), Failure> {
     match model.reconstruction {
         Reconstruction::Atlas => Ok(()),
         Reconstruction::Mls => Err(Failure::Usage(
-            "--surface mls: only taut path finds something on it; leave it out".to_owned(),
+            "--surface mls: only taut path works on this surface; leave it out".to_owned(),
         )),
     }
 }
@@ -91,7 +91,7 @@ pub fn intrinsic_dimension<const D: usize>(
         ))),
         None if dimension <= 3 => Ok(2),
         None => Err(Failure::Usage(format!(
-            "points of {dimension} coordinates may lie on a surface of dimension 1 to {most}; name it with --dimension"
+            "points of {dimension} coordinates may lie on a surface of dimension 1 to {most}; name its dimension with --dimension"
         ))),
     }
 }
@@ -150,24 +150,24 @@ pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Pro
     let (non_finite, duplicates) = (atlas.cloud().non_finite, atlas.cloud().duplicates);
     if non_finite > 0 {
         progress.note(&format!(
-            "{name}: {non_finite} points dropped because a coordinate is not finite"
+            "{name}: {non_finite} points are dropped because a coordinate is not finite"
         ));
     }
     let far = atlas.cloud().far;
     if far > 0 {
         progress.note(&format!(
-            "{name}: {far} points left out because they lie more than 1e7 times as far off as all others: values that stand for missing data?"
+            "{name}: {far} points are left out because they lie more than 1e7 times as far off as all others (do they stand for missing data?)"
         ));
     }
     if duplicates > 0 {
         progress.note(&format!(
-            "{name}: {duplicates} points share their place with another and count once"
+            "{name}: {duplicates} points repeat the coordinates of another point and count once"
         ));
     }
     let added = atlas.points_between_rows();
     if added > 0 {
         progress.note(&format!(
-            "{name}: its points lie in rows far apart; {added} more were put between them, and how good these are no error estimate knows"
+            "{name}: its points lie in rows far apart, and {added} more were put between them: no error estimate knows how good these are"
         ));
     }
     for doubt in atlas.doubts() {

@@ -149,7 +149,7 @@ pub fn seeds<const D: usize>(
     };
     if seeds.is_empty() {
         return Err(Failure::Usage(format!(
-            "{}: no point of the surface found between {:?} and {:?}; say where it lies with {flags}",
+            "{}: found no point of the surface between {:?} and {:?}; say where it lies with {flags}",
             settings.law, region.low, region.high
         )));
     }
@@ -212,12 +212,12 @@ fn doubt<const D: usize>(
             let (low, high) = corners(&sampled.samples());
             let [low, high] = [low, high].map(|v| coordinates(&v, settings.dimension));
             Some(format!(
-                "the surface has no end as far as was looked; it is sampled between {low:.3?} and {high:.3?}, and what lies beyond is unknown (--bounds says which part is meant)"
+                "the surface goes on beyond the part that was searched: it is sampled between {low:.3?} and {high:.3?}, and what lies beyond is unknown; name the part that you mean with --bounds"
             ))
         }
         Extent::Part if Surface::intrinsic_dimension(sampled) > MOST_COVERED => None,
         Extent::Part => Some(
-            "the samples leave parts of the surface out: it has very fine detail, or points without a tangent plane; where no way is found, whether there is one is unknown"
+            "the samples leave out parts of the surface, which has very fine detail or points without a tangent plane: where no way is found, it is unknown whether there is one"
                 .to_owned(),
         ),
     }
@@ -246,7 +246,9 @@ pub fn points_of<'a>(
         End::Point(point) if point.len() == dimension => Ok(point.as_slice()),
         _ => Err(Failure::End {
             end: end.to_string(),
-            reason: format!("expected {dimension} coordinates, as the equations have variables"),
+            reason: format!(
+                "expected {dimension} coordinates, one for each variable of the equations"
+            ),
         }),
     };
     ends.into_iter().map(point).collect()

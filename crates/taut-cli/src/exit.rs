@@ -32,22 +32,22 @@ impl Exit {
     fn meaning(self) -> &'static str {
         match self {
             Self::Success => "success (also where the reader of the output stopped reading)",
-            Self::Unexpected => "unexpected: a file could not be written, or a fault of taut's",
-            Self::Usage => "usage: unknown or contradictory arguments",
-            Self::BadInput => "bad input: a file, an equation, or a point that cannot be used",
+            Self::Unexpected => "unexpected: a file could not be written, or taut has a fault",
+            Self::Usage => "usage: an argument is unknown, or arguments contradict each other",
+            Self::BadInput => "bad input: a file, an equation or a point cannot be used",
             Self::NoPath => "no path connects the two points",
             Self::NotConverged => {
                 "the path did not converge to the tolerance; it is given as far as it got"
             }
             Self::Unknown => {
-                "whether a path exists is unknown: the surface was not sampled all the way"
+                "it is unknown whether a path exists, because the surface was not sampled all the way"
             }
         }
     }
 
     /// The table of codes for the help.
     pub fn help() -> String {
-        let mut text = "Exit codes (of many pairs, the highest):".to_owned();
+        let mut text = "Exit codes (with many pairs, the highest counts):".to_owned();
         for exit in Self::ALL {
             text += &format!("\n  {}  {}", exit as u8, exit.meaning());
         }

@@ -132,7 +132,7 @@ fn vectors(aim: &Aim, dimension: usize) -> Result<Vec<f64>, Failure> {
     Err(Failure::End {
         end: name,
         reason: format!(
-            "found {columns} coordinates, expected {dimension} as the surface's points have"
+            "found {columns} coordinates, expected {dimension}, as many as the points of the surface have"
         ),
     })
 }
@@ -207,7 +207,9 @@ impl Answer {
 impl Found {
     fn write_one(self, settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
         let Some(shot) = self.shots.into_iter().next() else {
-            return Err(Failure::Usage("expected a direction".to_owned()));
+            return Err(Failure::Usage(
+                "--direction: found none, expected one".to_owned(),
+            ));
         };
         let shot = shot.map_err(|reason| Failure::End {
             end: "--direction".to_owned(),

@@ -74,7 +74,7 @@ fn found<const D: usize>(
         };
         let End::Row(row) = end else {
             return Err(wrong(
-                "expected a row of the file: the points kept are the file's own",
+                "found coordinates, expected a row of the file, because --farthest keeps points of the file",
             ));
         };
         let read = match &points.rows_kept {
@@ -118,10 +118,10 @@ fn write(out: &mut io::StdoutLock<'_>, facts: &Facts) -> io::Result<()> {
     line(out, "surface", &facts.surface)?;
     line(out, "points", &facts.rows.len().to_string())?;
     let cover = facts.cover.map_or_else(
-        || "none: a piece of the surface has no point".to_owned(),
+        || "none, because a piece of the surface has no such point".to_owned(),
         |cover| {
             format!(
-                "every point lies within {} ± {:.1e} of one",
+                "every point lies within {} ± {:.1e} of one of them",
                 rounded(cover, facts.error),
                 facts.error
             )

@@ -106,7 +106,7 @@ fn warnings(fit: &Fit, rim_length: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if fit.beyond > 0 {
         warnings.push(format!(
-            "{} points lie farther than {} from the surface, the farthest {}: outliers, creases or noise; a larger --accuracy smooths more",
+            "{} points lie farther than {} from the surface, the farthest of them {} away: they are outliers, creases or noise; a larger --accuracy smooths more",
             fit.beyond,
             significant(fit.accuracy),
             significant(fit.largest_residual)
@@ -114,19 +114,19 @@ fn warnings(fit: &Fit, rim_length: f64) -> Vec<String> {
     }
     if fit.contradictions > 0 {
         warnings.push(format!(
-            "{} pairs of neighbouring charts cannot agree on a side: the surface has one side only there, or layers are joined",
+            "{} pairs of neighbouring charts cannot agree on a side: the surface has only one side there, or layers are joined",
             fit.contradictions
         ));
     }
     if fit.normals_against > 0 {
         warnings.push(format!(
-            "{} given normals point to the other side than those about them; the surface follows the majority of each piece",
+            "{} normals of the file point to the other side than those around them; in each piece the surface follows the majority",
             fit.normals_against
         ));
     }
     if rim_length > 0.0 {
         warnings.push(format!(
-            "the surface is open, with rims {} long, holes included: it is known up to them, and the two sides of F meet beyond them",
+            "the surface is open: its rims (its boundary, holes included) are {} long; it is known up to them, and beyond them the two sides of F meet",
             significant(rim_length)
         ));
     }

@@ -26,7 +26,7 @@ Examples:
   taut path scan.ply --from 12 --to 3400 --picture path.png
       The shortest path between two points of a scan.
   taut path --implicit '(sqrt(x^2 + y^2) - 1)^2 + z^2 = 0.16' --from 1.4,0,0 --to=-1.4,0,0 --tol 1e-12
-      The same on a torus given by its equation, to twelve digits.
+      The same on a torus that is given by its equation, to twelve digits.
   taut field scan.ply --source 12 -o distances.ply --picture field.png
       The distance from a point of a scan to all others.
   taut path scan.las --class 2 --pairs pairs.txt --json > paths.jsonl
@@ -39,8 +39,9 @@ Examples:
   taut path --implicit 'x1^2 + x2^2 = 1' --implicit 'x3^2 + x4^2 = 1' --from 1,0,1,0 --to 0,1,-1,0
   seq 1 100 | sed 's/^/0 /' | taut path scan.xyz --pairs - | sort -g -k 3
 
-The length comes with two errors: length_error is that of the path on the surface taut works on,
-surface_error is what a surface reconstructed from points adds to it (0 for equations).";
+The length comes with two estimated errors. length_error is the error of the path on the surface
+that taut works on. surface_error is what the reconstruction of this surface from points adds to it;
+it is 0 for equations.";
 
 const FIELD_EXAMPLES: &str = "\
 Examples:
@@ -52,9 +53,10 @@ Examples:
   taut field ground.las --class 2 --source 0 --slope hiking --no-go lake.txt --picture walks.png
   taut field --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz
 
-Each distance comes with an estimate of its error, what the surface adds included, and with the number of
-the nearest source, the first is 0. What no source reaches is infinitely far.
-Without -o, --picture, --isolines and --json the values go to standard output, a line a point.";
+Each distance comes with an estimate of its error, which includes what the surface adds, and with
+the number of its nearest source (the first is 0). A point that no source reaches is infinitely far.
+Without -o, --picture, --isolines and --json the values go to standard output, one line for each
+point.";
 
 const MATRIX_EXAMPLES: &str = "\
 Examples:
@@ -63,8 +65,9 @@ Examples:
   taut matrix --shape torus:1,0.4 --sources a.npy --to b.npy -o D.npy --tol 1e-9
   taut matrix scan.taut --sources points.xyz --radius 0.1 -o D.npz
 
-D[i, j] is the length of the shortest path from source i to source j, infinite where there is none. A run
-that was cut off, even by kill -9, goes on where it stopped when it is started again, to the same bytes.";
+D[i, j] is the length of the shortest path from source i to source j. It is infinite where there is
+no path. When a run was cut off, even by kill -9, the same command goes on where the run stopped,
+and the result has the same bytes.";
 
 const SAMPLE_EXAMPLES: &str = "\
 Examples:
@@ -74,8 +77,8 @@ Examples:
   taut sample scan.ply -n 50 --farthest -o landmarks.csv
   taut sample --shape ellipsoid:3,2,1 -n 500 --source 3,0,0 --source=-3,0,0 -o points.csv
 
-Particles born at the sources repel each other until they have spread over the surface. Sources stay
-where they are; without any, all particles float.";
+Particles are born at the sources and repel each other until they have spread over the surface.
+Sources that you name stay where they are. Without any, all particles move.";
 
 const FIT_EXAMPLES: &str = "\
 Examples:
@@ -83,12 +86,13 @@ Examples:
   taut fit scan.las --class 2 --accuracy 0.05 -o ground.taut --picture ground.png
   taut path scan.taut --from 0.1,0,-2 --to 0.3,0.2,-1.5
 
-The model is an implicit surface F = 0, smooth charts that pass the points within the accuracy. Its sides
-are told apart by the file's normals, else so that F is positive outside.";
+The model is an implicit surface F = 0, made of smooth charts that pass the points within the
+accuracy. The normals of the file say which side is positive. Without normals, F is positive
+outside.";
 
-/// Geodesics, shortest paths along a surface, from a scan or an equation.
+/// Find geodesics, the shortest paths along a surface, from a scan or an equation.
 ///
-/// A point cloud becomes a smooth surface, a first guess crosses it, and the guess is pulled taut
+/// A point cloud becomes a smooth surface. A first guess crosses it, and the guess is pulled taut
 /// until its length is known to the tolerance. Lengths are in the units of the input.
 #[derive(Debug, Parser)]
 #[command(name = "taut", version, arg_required_else_help = true)]
@@ -100,7 +104,7 @@ pub struct Flags {
     #[arg(long, global = true, value_name = "N", help_heading = "General")]
     #[arg(value_parser = count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// No progress and no notes on standard error, only errors
+    /// Write only errors to standard error, no notes and no progress
     #[arg(long, short, global = true, help_heading = "General")]
     pub quiet: bool,
 }
@@ -115,7 +119,7 @@ pub enum Command {
     #[command(after_help = FIELD_EXAMPLES)]
     #[command(after_long_help = format!("{FIELD_EXAMPLES}\n\n{}", Exit::help()))]
     Field(FieldFlags),
-    /// Find the tangent vectors at a source whose geodesics lead to every point of a surface
+    /// Find, for every point, the tangent vector at the source whose geodesic leads to it
     #[command(after_help = directions::LOG_EXAMPLES)]
     #[command(after_long_help = format!("{}\n\n{}", directions::LOG_EXAMPLES, Exit::help()))]
     Log(LogFlags),
@@ -150,11 +154,12 @@ pub enum Command {
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub struct SourceFlags {
-    /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy; or a model that
-    /// taut fit wrote: taut
+    /// A file of points (ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy), or a model
+    /// that taut fit wrote (taut)
     #[arg(value_name = "SURFACE")]
     pub file: Option<PathBuf>,
-    /// An equation in x, y, z or x1, x2, .. such as 'x^2 + y^2 + z^2 = 1'; repeat it for several
+    /// An equation in x, y, z or in x1, x2, .., such as 'x^2 + y^2 + z^2 = 1'; repeat the flag for
+    /// several equations
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["classes", "format", "dimension"])]
     pub implicit: Vec<String>,
@@ -167,11 +172,11 @@ pub struct SourceFlags {
 /// How a file of points is read.
 #[derive(Debug, Args)]
 pub struct PointFlags {
-    /// Only LAS points of these classes, such as 2 or 2,6
+    /// Read only the LAS points of these classes, such as 2 or 2,6
     #[arg(long = "class", value_name = "CLASS,..", value_delimiter = ',', value_parser = class)]
     #[arg(allow_negative_numbers = true)]
     pub classes: Vec<u8>,
-    /// The format of the file, by the extension that it usually has
+    /// The format of the file, named by its usual extension
     #[arg(long, value_name = "NAME")]
     pub format: Option<Format>,
     /// The dimension of the surface that the points lie on [default: 2 in the plane and in space]
@@ -189,7 +194,7 @@ pub struct CorrectionFlags {
     /// How paths are pulled taut
     #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
     pub correction: Correction,
-    /// Most nodes of a path
+    /// Largest number of nodes that a path may have
     #[arg(long, value_name = "N", default_value = "8192", value_parser = count)]
     #[arg(allow_negative_numbers = true)]
     pub most_nodes: usize,
@@ -199,7 +204,8 @@ pub struct CorrectionFlags {
 pub struct SurfaceFlags {
     #[command(flatten)]
     pub source: SourceFlags,
-    /// The part of space that matters with --implicit: -2:2 for all axes, or -2:2,-2:2,0:1
+    /// Take the surface of --implicit only within this part of space: -2:2 for all axes, or a range
+    /// for each, such as -2:2,-2:2,0:1
     #[arg(
         long,
         value_name = "LO:HI,..",
@@ -209,8 +215,8 @@ pub struct SurfaceFlags {
     pub bounds: Option<Bounds>,
     #[command(flatten)]
     pub points: PointFlags,
-    /// The cells of a grid, one interval for all axes or one for each, such as 0.1 or 0.1,0.1,0.2
-    /// [default: cells of 8 to 16 points]
+    /// Place charts on the cells of a grid, whose sides are one length for all axes or one for
+    /// each, such as 0.1 or 0.1,0.1,0.2 [default: cells of 8 to 16 points]
     #[arg(
         long = "cell",
         value_name = "LENGTH,..",
@@ -219,7 +225,7 @@ pub struct SurfaceFlags {
         conflicts_with_all = ["implicit", "shape"]
     )]
     pub cells: Vec<f64>,
-    /// How the surface is made of the points
+    /// How the surface is made from the points
     #[arg(
         long,
         value_name = "KIND",
@@ -242,29 +248,30 @@ pub struct PathFlags {
         conflicts_with = "pairs"
     )]
     pub from: Option<End>,
-    /// Where it ends
+    /// Where the path ends
     #[arg(long, value_name = "P", allow_hyphen_values = true, requires = "from")]
     pub to: Option<End>,
-    /// Many paths: a file with two rows of the point file, or two points' coordinates, on each
-    /// line; - reads them from standard input
+    /// Find many paths: each line of this file holds two rows of the point file, or the coordinates
+    /// of two points; - reads the lines from standard input
     #[arg(long, value_name = "FILE")]
     pub pairs: Option<PathBuf>,
     #[command(flatten)]
     pub correction: CorrectionFlags,
-    /// Also up to N further paths, such as round the other side of a hole
+    /// Also find up to N further paths, such as one round the other side of a hole
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
     #[arg(value_parser = whole, allow_negative_numbers = true)]
     pub alternatives: usize,
-    /// Find out whether the path is the shortest there is, by rays in all directions: some milliseconds a pair
+    /// Find out by rays in all directions whether the path is the shortest there is; this takes
+    /// some milliseconds for each pair
     #[arg(long)]
     pub prove_shortest: bool,
-    /// One JSON object for each pair, on a line of its own
+    /// Write one JSON object for each pair, on a line of its own
     #[arg(long)]
     pub json: bool,
-    /// The nodes of each path in the JSON object
+    /// Add the nodes of each path to the JSON object
     #[arg(long, requires = "json")]
     pub points: bool,
-    /// Write the paths with normals and arc length: .ply .obj .csv .json .vtk .vtp .npy
+    /// Write the paths with their normals and arc length: .ply .obj .csv .json .vtk .vtp .npy
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Draw the surface with the paths over it
@@ -276,52 +283,57 @@ pub struct PathFlags {
 pub struct FieldFlags {
     #[command(flatten)]
     pub surface: SurfaceFlags,
-    /// A point to measure from: a row of the file (the first is 0), or coordinates; repeat it for several
+    /// A point to measure from: a row of the file (the first is 0), or coordinates; repeat the flag
+    /// for several points
     #[arg(long, value_name = "P", allow_hyphen_values = true)]
     #[arg(required_unless_present_any = ["sources", "curve"], conflicts_with = "sources")]
     pub source: Vec<End>,
-    /// A file of points to measure from: of text (.txt), rows or coordinates on each line, and behind them
-    /// the distance that the source starts with, if any; or a cloud
+    /// A file of points to measure from: a cloud, or a text file (.txt) with a row or coordinates
+    /// on each line, which the distance that the source starts with may follow
     #[arg(long, value_name = "FILE")]
     pub sources: Option<PathBuf>,
-    /// A file of the vertices of a curve to measure from, as of sources without values: each is joined to the next
-    /// by the shortest path, and the curve is closed if the last is the first again
+    /// A file of the vertices of a curve to measure from, as for --sources but without start
+    /// values. Each vertex is joined to the next by the shortest path, and the curve is closed if
+    /// the last vertex repeats the first
     #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "sources", "start"])]
     pub curve: Option<PathBuf>,
-    /// The distance that a source starts with; repeat it, once for each [default: 0]
+    /// The distance that a source starts with; repeat the flag, once for each source [default: 0]
     #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = coordinate)]
     pub start: Vec<f64>,
-    /// A file of points to find distances at, in any format that sources may have [default: all points of
-    /// the cloud]
+    /// A file of points to find distances at, in any format that --sources takes [default: all
+    /// points of the cloud]
     #[arg(long, value_name = "FILE")]
     pub at: Option<PathBuf>,
     /// Largest relative error of the geodesics that carry the distances
     #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
     #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
-    /// Look no farther than this; what is farther counts as not reached
+    /// Look no farther than this; points that are farther count as not reached
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub max_distance: Option<f64>,
-    /// Only the K points nearest to the sources; all others count as not reached
+    /// Find only the K points nearest to the sources; all others count as not reached
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     pub nearest: Option<usize>,
-    /// The cost per length at each point, above 0, inf where nothing passes: a text file with one on each line, in
-    /// the order of the points, or else the name of a column of SURFACE's own file (ply, las, laz, or csv, xyz and txt
-    /// with names in the first line), such as intensity. Distances are then costs
+    /// The cost per length at each point: a number above 0, or inf where nothing passes. Give a
+    /// text file with one cost on each line, in the order of the points, or the name of a column of
+    /// SURFACE's own file, such as intensity (in ply, las and laz, and in csv, xyz and txt with
+    /// names in the first line). Distances are then costs
     #[arg(long, value_name = "FILE|COLUMN")]
     pub cost: Option<PathBuf>,
-    /// A text file of corners, x and y on each line, of a polygon that nothing passes, seen along z; repeat it for
-    /// several
+    /// A polygon, seen along z, that nothing passes: a text file with x and y of a corner on each
+    /// line; repeat the flag for several polygons
     #[arg(long, value_name = "FILE.txt")]
     pub no_go: Vec<PathBuf>,
-    /// What slopes multiply the cost by, z up: hiking (Tobler's time of walking), or UP,DOWN for 1 + UP grade
-    /// uphill and 1 + DOWN grade downhill
+    /// What slopes multiply the cost by, with z pointing up: hiking (Tobler's time of walking), or
+    /// UP,DOWN for 1 + UP times the grade uphill and 1 + DOWN times the grade downhill
     #[arg(long, value_name = "LAW", value_parser = slope)]
     pub slope: Option<Slope>,
-    /// Write isolines, polylines on the surface with their level: .ply .obj .csv .json .vtk .vtp
+    /// Write the isolines, which are polylines on the surface, with their levels: .ply .obj .csv
+    /// .json .vtk .vtp
     #[arg(long, value_name = "FILE")]
     pub isolines: Option<PathBuf>,
-    /// The distances of the isolines, such as 0.5,1,1.5 [default: round numbers, some 16 lines]
+    /// The distances of the isolines, such as 0.5,1,1.5 [default: round numbers, for about 16
+    /// levels]
     #[arg(
         long,
         value_name = "V,..",
@@ -331,10 +343,11 @@ pub struct FieldFlags {
     )]
     #[arg(value_parser = coordinate)]
     pub levels: Vec<f64>,
-    /// One JSON object that tells of the field
+    /// Write one JSON object that describes the field
     #[arg(long)]
     pub json: bool,
-    /// Write the points with distance, error and source: .npy (distances alone) .csv .ply .vtp .las .laz
+    /// Write the points with their distance, error and source: .csv .ply .vtp .las .laz, or .npy
+    /// (distances alone)
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Draw the surface coloured by the distance, with isolines
@@ -346,14 +359,14 @@ pub struct FieldFlags {
 pub struct MatrixFlags {
     #[command(flatten)]
     pub surface: SurfaceFlags,
-    /// The points that rows and columns stand for: a file of points, or of row numbers of SURFACE, one on each
-    /// line
+    /// The points that the rows and columns stand for: a file of points, or a file with a row
+    /// number of SURFACE on each line
     #[arg(long, value_name = "FILE")]
     pub sources: PathBuf,
-    /// Other points that the columns stand for
+    /// Other points for the columns to stand for, in a file of the same kind
     #[arg(long, value_name = "FILE")]
     pub to: Option<PathBuf>,
-    /// Only pairs within this distance, in the units of SURFACE: a sparse matrix
+    /// Find only pairs within this distance, in the units of SURFACE; the matrix is then sparse
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
     pub radius: Option<f64>,
     #[command(flatten)]
@@ -370,10 +383,10 @@ pub struct MatrixFlags {
     /// The format of these files: ply, obj, csv, json, vtk or vtp
     #[arg(long, value_name = "NAME", default_value = "csv", requires = "paths")]
     pub paths_format: String,
-    /// Begin anew, whatever an earlier run has left unfinished
+    /// Begin anew, and delete what an earlier run has left unfinished
     #[arg(long)]
     pub restart: bool,
-    /// One JSON object
+    /// Write one JSON object
     #[arg(long)]
     pub json: bool,
 }
@@ -382,7 +395,7 @@ pub struct MatrixFlags {
 pub struct CheckFlags {
     #[command(flatten)]
     pub surface: SurfaceFlags,
-    /// One JSON object
+    /// Write one JSON object
     #[arg(long)]
     pub json: bool,
 }
@@ -392,8 +405,8 @@ pub struct FitFlags {
     /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy
     #[arg(value_name = "CLOUD")]
     pub file: PathBuf,
-    /// Distance from the surface within which the points must lie, in their units; larger is smoother
-    /// [default: a thousandth of the diagonal of the points' box]
+    /// The distance from the surface within which the points must lie, in their units; a larger one
+    /// gives a smoother surface [default: a thousandth of the diagonal of the points' box]
     #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     pub accuracy: Option<f64>,
     /// Where to put the model
@@ -401,7 +414,7 @@ pub struct FitFlags {
     pub output: PathBuf,
     #[command(flatten)]
     pub points: PointFlags,
-    /// One JSON object
+    /// Write one JSON object
     #[arg(long)]
     pub json: bool,
     /// Draw the surface
@@ -417,13 +430,14 @@ pub struct SampleFlags {
     #[arg(long, short = 'n', value_name = "N", value_parser = count)]
     #[arg(allow_negative_numbers = true)]
     pub count: usize,
-    /// As densely where the surface is flat as where it bends
+    /// Spread the points evenly: as densely where the surface is flat as where it bends
     #[arg(long)]
     pub uniform: bool,
-    /// Points of the cloud itself, each the farthest along the surface from those before it
+    /// Take points of the cloud itself, each the farthest along the surface from those before it
     #[arg(long, conflicts_with = "uniform")]
     pub farthest: bool,
-    /// A point to start from, which is kept: coordinates, or a row of the file; repeat it for several
+    /// A point to start from, which is kept: a row of the file (the first is 0), or coordinates;
+    /// repeat the flag for several points
     #[arg(
         long,
         value_name = "P",
@@ -434,11 +448,11 @@ pub struct SampleFlags {
     /// A file of points to start from
     #[arg(long, value_name = "FILE")]
     pub sources: Option<PathBuf>,
-    /// Which random sample
+    /// The seed of the random numbers
     #[arg(long, value_name = "S", default_value = "1", value_parser = seed)]
     #[arg(allow_negative_numbers = true)]
     pub seed: u64,
-    /// One JSON object
+    /// Write one JSON object
     #[arg(long)]
     pub json: bool,
     /// Write the points with normals: .ply .obj .xyz .csv .npy
@@ -454,7 +468,7 @@ pub struct DemoFlags {
     /// Where to put the picture
     #[arg(long, value_name = "FILE.png", default_value = "taut-demo.png")]
     pub picture: PathBuf,
-    /// Which random sample of the sheet
+    /// The seed of the random points of the sheet
     #[arg(long, value_name = "S", default_value = "1", value_parser = seed)]
     #[arg(allow_negative_numbers = true)]
     pub seed: u64,

@@ -92,14 +92,14 @@ impl Question for Vectors<'_> {
             return Err(unfit(
                 ready.name,
                 &format!(
-                    "found a surface of dimension {dimension}, expected 2, on which directions are known; taut field finds the distances alone"
+                    "found a surface of dimension {dimension}, expected 2, as logarithms need; taut field finds the distances alone"
                 ),
             ));
         }
         let refused = |error| match error {
             taut_core::error::Error::NoDirections => unfit(
                 ready.name,
-                "found a rough surface, expected one on which directions are known; taut field finds the distances alone, taut fit puts a smooth surface through the points",
+                "found a rough surface, expected a smooth one, as logarithms need; taut field finds the distances alone, and taut fit puts a smooth surface through the points",
             ),
             error => ready.refused(error),
         };

@@ -90,7 +90,7 @@ pub fn read(file: &Path, progress: &Progress) -> Result<FileModel, Failure> {
         let found = format!("{} lines of charts", charts.len());
         return Err(refused(
             found,
-            format!("{} as the first line says", first.charts),
+            format!("{}, as the first line says", first.charts),
         ));
     }
     if !(1..=first.header.ambient_dimension).contains(&first.coordinates) {

@@ -128,7 +128,7 @@ fn write_path(out: &mut impl Write, path: &FoundPath) -> io::Result<()> {
         let why = match path.outcome {
             Outcome::Asked(Status::NoPath) => "inf (no path connects the two points)",
             Outcome::Asked(Status::Unknown) => {
-                "unknown (no way was found, but the surface goes on where it was not sampled, or has points that no walk passes)"
+                "unknown (no way was found, but the surface was not sampled all the way: it goes on beyond the samples, or has points that they cannot pass)"
             }
             _ => "unknown (no path could be followed on the surface)",
         };

@@ -131,7 +131,7 @@ impl<'a> Files<'a> {
                     "reads"
                 };
                 return Err(Failure::Usage(format!(
-                    "{}: found {}, the same file that {} {verb}, expected one of its own; name another",
+                    "{}: found {}, which is the same file that {} {verb}, expected a file of its own; name another file",
                     output.flag,
                     output.file.display(),
                     other.flag,
@@ -151,7 +151,7 @@ impl Check<'_> {
                 let extension = self.file.extension();
                 if extension.is_none_or(|found| !found.eq_ignore_ascii_case("png")) {
                     return Err(Failure::Usage(format!(
-                        "--picture: found {}, expected the extension .png, as the picture is one; rename it",
+                        "--picture: found {}, expected the extension .png, because pictures are PNG files; rename it",
                         self.file.display()
                     )));
                 }

@@ -39,7 +39,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
     let count = pairs.len();
     if output.is_some_and(holds_one) && (count > 1 || settings.alternatives > 0) {
         return Err(Failure::Usage(
-            "--output: found the extension .npy, which holds one path, for several; write .csv or .json"
+            "--output: found the extension .npy for several paths, but such a file holds one path; write .csv or .json"
                 .to_owned(),
         ));
     }
@@ -93,7 +93,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
     }
     if outlying > 0 && report.style == Style::Table {
         progress.note(&format!(
-            "{outlying} of {} ends lie off the surface by more than its points do: where they were moved to is what counts (moved_from, moved_to)",
+            "{outlying} of {} ends lie farther off the surface than its points do: the answers are for the places that they were moved to (by moved_from and moved_to)",
             2 * count
         ));
     }

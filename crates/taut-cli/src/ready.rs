@@ -229,7 +229,7 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
         };
         let told: Vec<usize> = (0..ends.len()).filter(is_told).collect();
         let doubt = |i: usize| match is_far(i) {
-            true => ", farther than a few spacings of the points there: does it mean this surface?",
+            true => ", farther than a few spacings of the points there: is this the right surface?",
             false => "",
         };
         for i in told.iter().copied().take(MOST_TOLD) {
@@ -247,7 +247,7 @@ impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
             .max_by(|a, b| moved[*a].total_cmp(&moved[*b]));
         if let Some(i) = farthest.filter(|_| told.len() > MOST_TOLD) {
             progress.note(&format!(
-                "{}: {} more were moved; of all {} the farthest, {}, by {}{}",
+                "{}: {} more were moved; the farthest of all {} is {}, which was moved by {}{}",
                 self.name,
                 told.len() - MOST_TOLD,
                 told.len(),

@@ -140,7 +140,7 @@ fn of_equations<const D: usize>(
     let searched = equations::searched::<D>(law)?;
     if let (Law::Texts(_), None, []) = (&law.law, &law.bounds, sources) {
         progress.note(&format!(
-            "{}: without --bounds the points start between {:?} and {:?}; of a surface that goes on without end they cover any part",
+            "{}: without --bounds the points start between {:?} and {:?}; if the surface goes on without end, they cover some part of it",
             law.law, searched.low, searched.high
         ));
     }
@@ -223,7 +223,9 @@ fn of_atlas<const D: usize>(
     let located = |end: &End| match end {
         End::Point(point) if point.len() != dimension => Err(Failure::End {
             end: end.to_string(),
-            reason: format!("expected {dimension} coordinates, as the surface's points have"),
+            reason: format!(
+                "expected {dimension} coordinates, as many as the points of the surface have"
+            ),
         }),
         _ => atlas
             .locate(end)

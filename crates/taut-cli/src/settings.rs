@@ -193,7 +193,7 @@ impl Bounds {
             }),
             found if found == dimension => Ok(self),
             found => Err(Failure::Usage(format!(
-                "--bounds: found {found} ranges, expected 1, or {dimension} as the equations have variables"
+                "--bounds: found {found} ranges, expected 1, or {dimension}, one for each variable"
             ))),
         }
     }
@@ -369,7 +369,7 @@ impl TryFrom<FitFlags> for FitCommandSettings {
             .is_none_or(|found| found != models::EXTENSION)
         {
             return Err(Failure::Usage(format!(
-                "--output: found {}, expected the extension .{}, by which a model is known; rename it",
+                "--output: found {}, expected the extension .{}, which marks a model; rename it",
                 flags.output.display(),
                 models::EXTENSION
             )));
@@ -563,7 +563,7 @@ impl TryFrom<MatrixFlags> for MatrixSettings {
         for file in std::iter::once(&flags.output).chain(&flags.errors) {
             if file.extension().is_none_or(|found| found != extension) {
                 return Err(Failure::Usage(format!(
-                    "{}: expected the extension .{extension}, as a matrix {} --radius has; rename it",
+                    "{}: expected the extension .{extension}, which a matrix {} --radius must have; rename it",
                     file.display(),
                     if flags.radius.is_some() {
                         "with"

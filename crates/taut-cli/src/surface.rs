@@ -163,7 +163,7 @@ macro_rules! with_size {
             4..=6 => $function::<6 $(, $further)?>($($arguments)*),
             7..=16 => $function::<16 $(, $further)?>($($arguments)*),
             found => Err(crate::exit::Failure::Usage(format!(
-                "found {found} coordinates a point, expected at most 16; project the points first"
+                "found {found} coordinates for each point, expected at most 16; project the points first"
             ))),
         }
     };
@@ -257,7 +257,7 @@ pub fn locate<const D: usize, S: Locate<D>>(
     let located = match (end, rows_kept) {
         (End::Point(point), _) if point.len() != dimension => {
             return Err(format!(
-                "found {} coordinates, expected {dimension} as the surface's points have",
+                "found {} coordinates, expected {dimension}, as many as the points of the surface have",
                 point.len()
             ));
         }

@@ -47,7 +47,7 @@ fn rows_of_missing_data_are_left_out_and_said() {
     );
     let output = taut(&["field", name(&file), "--source", "0"]);
     assert!(
-        text(&output.stderr).contains("1 points left out"),
+        text(&output.stderr).contains("1 points are left out"),
         "{}",
         text(&output.stderr)
     );

@@ -394,5 +394,5 @@ fn whether_two_endless_sheets_meet_is_unknown() {
     assert!(found["length"].is_null(), "{found}");
     let output = path("--to=1.25,0.75,0");
     assert_eq!(object(&output, 0)["status"], "converged");
-    assert!(text(&output.stderr).contains("no end as far as was looked"));
+    assert!(text(&output.stderr).contains("goes on beyond the part that was searched"));
 }

@@ -7,7 +7,7 @@ use thiserror::Error;
 pub enum Error {
     /// Fewer finite points than a surface needs.
     #[error(
-        "too few points: found {found} distinct finite points, a surface needs at least {needed}"
+        "too few points: found {found} distinct finite points, expected at least {needed}; give more points"
     )]
     TooFewPoints {
         /// Finite points found.
@@ -16,14 +16,14 @@ pub enum Error {
         needed: usize,
     },
     /// Every point is the same.
-    #[error("all {found} points coincide: there is no spacing and no tangent plane")]
+    #[error("all {found} points coincide, so there is no spacing and no tangent plane")]
     AllCoincide {
         /// Finite points found.
         found: usize,
     },
     /// A cloud so small or so large that squares and products of lengths are no numbers.
     #[error(
-        "the points reach {found:e} far, expected 1e-50 to 1e50; multiply the coordinates by a power of ten"
+        "found points that reach {found:e} far, expected 1e-50 to 1e50; multiply the coordinates by a power of ten"
     )]
     BadExtent {
         /// The largest difference of two points' coordinates.
@@ -37,7 +37,7 @@ pub enum Error {
     },
     /// The points lie on a line or curve, not on a surface of the dimension asked for.
     #[error(
-        "no surface of dimension {dimension}: the points lie on a set of lower dimension (tangent plane undefined)"
+        "no surface of dimension {dimension}: the points lie on a set of lower dimension, so there is no tangent plane"
     )]
     NoTangentPlane {
         /// The intrinsic dimension asked for.
@@ -79,7 +79,7 @@ pub enum Error {
         expected: String,
     },
     /// A row that is not a point: out of range or not finite.
-    #[error("point {row} is not there: {reason}")]
+    #[error("there is no point {row}: {reason}")]
     NoSuchPoint {
         /// The row asked for.
         row: usize,
@@ -105,25 +105,23 @@ pub enum Error {
         dimension: usize,
     },
     /// Costs on a surface of more than two dimensions.
-    #[error("costs are for curves and surfaces of dimension 2, this one has dimension {dimension}")]
+    #[error("costs need a curve or a two-dimensional surface, found one of dimension {dimension}")]
     NoCosts {
         /// The surface's dimension.
         dimension: usize,
     },
     /// Logarithms where distances are not found by rays from points of a two-dimensional surface.
-    #[error(
-        "directions at the source are known of points on smooth surfaces of dimension 2 without costs only"
-    )]
+    #[error("logarithms need a smooth two-dimensional surface, point sources and no costs")]
     NoDirections,
     /// Isolines on a surface that is not two-dimensional.
-    #[error("isolines are for surfaces of dimension 2, this one has dimension {dimension}")]
+    #[error("isolines need a two-dimensional surface, found one of dimension {dimension}")]
     NoIsolines {
         /// The surface's dimension.
         dimension: usize,
     },
     /// Curves as sources on a surface that is not two-dimensional.
     #[error(
-        "curves as sources are for surfaces of dimension 2, this one has dimension {dimension}"
+        "a curve as source needs a two-dimensional surface, found one of dimension {dimension}"
     )]
     NoCurves {
         /// The surface's dimension.
@@ -131,7 +129,7 @@ pub enum Error {
     },
     /// Two vertices of a curve that no geodesic was found between.
     #[error(
-        "no geodesic joins vertices {edge} and {} of the curve ({reason}); the first is 0",
+        "no geodesic joins vertices {edge} and {} of the curve, counted from 0 ({reason})",
         edge + 1
     )]
     NoEdge {
@@ -159,7 +157,7 @@ pub enum Error {
         found: f64,
     },
     /// A factor of slopes that is negative or not finite.
-    #[error("slopes cannot cost {found} times their grade more; give a number of at least 0")]
+    #[error("the factor for the grade of a slope cannot be {found}; give a number of at least 0")]
     BadSlope {
         /// The factor given.
         found: f64,
@@ -169,7 +167,7 @@ pub enum Error {
     NoSources,
     /// Particles that find no end of room.
     #[error(
-        "the surface has room for more than {particles} particles at distances of {size}, its size: bound the part to cover"
+        "the surface seems to go on without end: it has room for more than {particles} particles at distances of {size}, which was taken for its size; bound the part to cover"
     )]
     Endless {
         /// Particles that it has room for.

@@ -37,7 +37,7 @@ pub enum ReadError {
         source: io::Error,
     },
     /// The file has no bytes.
-    #[error("{}: file is empty: found 0 bytes, expected points; write the file again", file.display())]
+    #[error("{}: the file is empty: found 0 bytes, expected points; write the file again", file.display())]
     Empty {
         /// The file.
         file: PathBuf,
@@ -85,7 +85,7 @@ pub enum ReadError {
         found: String,
     },
     /// An option was given that the format cannot honour.
-    #[error("{}: found a class filter, expected one only with las or laz; leave it out", file.display())]
+    #[error("{}: found a class filter, expected none, because only las and laz files have classes; leave it out", file.display())]
     ClassesWithoutLas {
         /// The file.
         file: PathBuf,
@@ -127,7 +127,7 @@ pub enum WriteError {
         remedy: &'static str,
     },
     /// NPY holds one array, hence one path.
-    #[error("{}: found {count} paths, expected 1 for .npy; write .csv or .json, or one file a path", file.display())]
+    #[error("{}: found {count} paths, expected 1 for .npy; write .csv or .json, or one file for each path", file.display())]
     OnePathOnly {
         /// The file.
         file: PathBuf,
@@ -135,7 +135,7 @@ pub enum WriteError {
         count: usize,
     },
     /// LAS holds what a scanner measured, so it is only written beside a file that has that.
-    #[error("{}: found points that come from no LAS or LAZ file, expected such a file to add dimensions to; write .ply, .csv, .vtp or .npy", file.display())]
+    #[error("{}: found points that come from no LAS or LAZ file, expected such a file, to whose records the columns are added; write .ply, .csv, .vtp or .npy", file.display())]
     Original {
         /// The file.
         file: PathBuf,

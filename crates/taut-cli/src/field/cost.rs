@@ -16,7 +16,7 @@ pub fn refusal(failure: Failure) -> Failure {
             column,
             found,
         }) => Failure::Usage(format!(
-            "--cost {column}: found no such file, and in {} {found}; name a file of costs, or a column beside the coordinates",
+            "--cost {column}: found no such file, and {found} in {}; name a file of costs, or a column beside the coordinates",
             file.display()
         )),
         other => other,
@@ -41,7 +41,7 @@ pub fn of_rows(settings: &CostSettings, points: &PointSet) -> Result<Cost, Failu
 /// That a polygon changes nothing.
 pub fn without_effect(file: &Path) -> String {
     format!(
-        "--no-go {}: no point lies in the polygon, and no way between neighbouring points crosses it; it changes nothing (are its coordinates those of the points?)",
+        "--no-go {}: no point lies in the polygon, and no way between neighbouring points crosses it; it changes nothing (are its corners in the coordinates of the points?)",
         file.display()
     )
 }

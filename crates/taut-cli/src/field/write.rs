@@ -78,7 +78,7 @@ fn note(facts: &Facts, progress: &Progress) {
     } = facts;
     if *unreached > 0 {
         let why = nearest.map_or(String::new(), |nearest| {
-            format!(", as only the {nearest} nearest were asked for")
+            format!(", because only the {nearest} nearest were asked for")
         });
         progress.note(&format!(
             "{surface}: {unreached} of {points} points are not reached{why}: their distance is inf"
@@ -91,7 +91,7 @@ fn note(facts: &Facts, progress: &Progress) {
     }
     if *unknown > 0 {
         progress.note(&format!(
-            "{surface}: whether anything leads to {unknown} of {points} points is unknown, as the surface was not sampled all the way: their distance is NaN; --bounds says which part is meant"
+            "{surface}: it is unknown whether anything leads to {unknown} of {points} points, because the surface was not sampled all the way: their distance is NaN; name the part that you mean with --bounds"
         ));
     }
 }

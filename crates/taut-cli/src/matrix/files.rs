@@ -93,7 +93,7 @@ pub fn outputs(settings: &MatrixSettings) -> Vec<Output> {
 pub fn check_fresh(settings: &MatrixSettings) -> Result<(), Failure> {
     for Output { part, .. } in outputs(settings) {
         if part.exists() {
-            let reason = "found it without a journal, expected neither or both";
+            let reason = "found this unfinished part without its journal, expected both or neither";
             return Err(refused(&part, reason));
         }
     }

@@ -169,7 +169,10 @@ fn go_on(
         match is_done.get_mut(done.block) {
             Some(is_done) if !*is_done => *is_done = true,
             _ => {
-                let reason = format!("block {} is not left", done.block);
+                let reason = format!(
+                    "found block {} done twice, or outside the matrix",
+                    done.block
+                );
                 return Err(journal::refused(&path, &reason));
             }
         }
@@ -182,13 +185,13 @@ fn go_on(
     let lines = journal.damaged;
     if lines > 0 {
         progress.note(&format!(
-            "{}: {lines} lines are damaged; what they spoke of is found again",
+            "{}: {lines} lines are damaged; what they recorded is computed again",
             path.display()
         ));
     }
     if !changed.is_empty() {
         progress.note(&format!(
-            "{}: {} of {} blocks are not as they were written; they are found again",
+            "{}: {} of {} blocks are not as they were written; they are computed again",
             settings.output.display(),
             changed.len(),
             blocks.len()
