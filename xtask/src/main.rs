@@ -4,6 +4,7 @@
 mod fuzz;
 mod golden;
 mod picture;
+mod python;
 mod temporary;
 mod test;
 

@@ -6,6 +6,7 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use crate::picture;
+use crate::python::{self, Environment};
 use crate::temporary::Temporary;
 
 /// A command that must succeed.
@@ -13,7 +14,7 @@ struct Step {
     name: &'static str,
     program: PathBuf,
     arguments: Vec<OsString>,
-    environment: Option<(&'static str, &'static str)>,
+    environment: Vec<(&'static str, OsString)>,
     /// A picture that the command must leave behind.
     picture: Option<PathBuf>,
 }
@@ -63,8 +64,8 @@ fn steps(picture: &Path) -> Vec<Step> {
     demo.arguments.push(picture.into());
     demo.picture = Some(picture.to_owned());
     let mut documentation = step("documentation", "doc --workspace --no-deps --lib");
-    documentation.environment = Some(("RUSTDOCFLAGS", "-D warnings"));
-    vec![
+    documentation.environment = vec![("RUSTDOCFLAGS", "-D warnings".into())];
+    let mut steps = vec![
         step("rustfmt is there", "fmt --version"),
         step("clippy is there", "clippy --version"),
         step("formatting", "fmt --all --check"),
@@ -76,6 +77,29 @@ fn steps(picture: &Path) -> Vec<Step> {
         step("doc tests", "test --workspace --doc"),
         documentation,
         demo,
+    ];
+    match Environment::make() {
+        Ok(environment) => steps.extend(python_steps(&environment)),
+        Err(reason) => println!("The Python package is not tested, because {reason}."),
+    }
+    steps
+}
+
+/// The package built into its environment, its tests with those in the documentation, and its types.
+fn python_steps(environment: &Environment) -> [Step; 3] {
+    let in_environment = |name, program, arguments| {
+        let mut step = step(name, arguments);
+        step.program = environment.program(program);
+        step.environment = vec![
+            ("VIRTUAL_ENV", environment.folder().into()),
+            ("CARGO_TARGET_DIR", python::target().into()),
+        ];
+        step
+    };
+    [
+        in_environment("Python package", "maturin", "develop --release --quiet"),
+        in_environment("Python tests", "python", "-m pytest --quiet"),
+        in_environment("Python types", "python", "-m mypy python/taut"),
     ]
 }
 
@@ -84,20 +108,19 @@ fn step(name: &'static str, arguments: &str) -> Step {
         name,
         program: std::env::var_os("CARGO").unwrap_or("cargo".into()).into(),
         arguments: arguments.split(' ').map(OsString::from).collect(),
-        environment: None,
+        environment: Vec::new(),
         picture: None,
     }
 }
 
 impl Step {
     fn command_line(&self) -> String {
-        let environment = self
-            .environment
-            .map(|(name, value)| format!("{name}='{value}' "));
+        let set = |(name, value): &(_, OsString)| format!("{name}='{}' ", value.to_string_lossy());
+        let environment: String = self.environment.iter().map(set).collect();
         let arguments: Vec<_> = self.arguments.iter().map(|a| a.to_string_lossy()).collect();
         format!(
             "{}{} {}",
-            environment.unwrap_or_default(),
+            environment,
             self.program
                 .file_stem()
                 .unwrap_or_default()
@@ -108,7 +131,8 @@ impl Step {
 
     fn run(&self) -> Result<(), Failure> {
         let mut command = Command::new(&self.program);
-        command.args(&self.arguments).envs(self.environment);
+        command.args(&self.arguments);
+        command.envs(self.environment.iter().map(|(name, value)| (name, value)));
         let status = command.status().map_err(|error| Failure {
             code: 1,
             reason: format!("{} cannot be started: {error}", self.program.display()),

@@ -348,6 +348,40 @@ fn outliers_and_uneven_density() {
     }
 }
 
+/// An outlier has the distance of its foot, and says how far it lies off. A value that stands for missing data is such a
+/// point too.
+#[test]
+fn outliers_themselves_say_how_far_off_they_lie() {
+    for seed in [31, 32] {
+        let clean = generate::sphere::<3>(5_000, 1.0, seed);
+        let mut strewn = clean.clone();
+        strewn.extend(generate::outliers(&clean, 150, seed + 10));
+        strewn.push([0.4, -0.2, -9999.0]);
+        let (_, values) = field(&geodesics(&strewn), &[(0, 0.0)], &Settings::default());
+        let (mut covered, mut nowhere, mut followed) = (0, 0, 0);
+        let strays = clean.len()..strewn.len();
+        for i in strays.clone() {
+            let radius = strewn[i].iter().map(|x| x * x).sum::<f64>().sqrt();
+            let foot = strewn[i].map(|x| x / radius);
+            let truth = closed_form::sphere(1.0, &clean[0], &foot);
+            let value = &values[i];
+            nowhere += usize::from(value.distance.is_nan());
+            covered += usize::from((value.distance - truth).abs() <= value.error + 1e-9);
+            let off = (radius - 1.0).abs();
+            // Charts may follow some outliers that lie together.
+            followed += usize::from(off > 0.1 && value.error < 0.05);
+        }
+        assert!(
+            covered + nowhere >= 146,
+            "{covered} covered, {nowhere} nowhere"
+        );
+        assert!(followed <= 5, "{followed} followed");
+        assert!(covered >= 100, "{covered}");
+        let sentinel = &values[strewn.len() - 1];
+        assert!(sentinel.distance.is_nan() || sentinel.error > 9_000.0);
+    }
+}
+
 #[test]
 fn equations_have_fields_too() {
     let sphere = ImplicitSurface::new(

@@ -71,3 +71,8 @@ pub use crate::ready::Progress;
 pub use crate::surface::{Field, Surface};
 pub use taut_core::result::Status;
 pub use taut_core::surface::atlas::Model;
+
+/// The Rust of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -224,7 +224,8 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
 
     /// The field at the points of the cloud, in the order of
     /// [`Cloud::points`](crate::cloud::Cloud::points). On a model, which keeps no points, it is the
-    /// field at the origins of its charts where fields are marched.
+    /// field at the origins of its charts where fields are marched. An outlier has the distance of
+    /// its foot on the surface, and the way there is part of its error.
     ///
     /// O(n), in parallel.
     #[must_use]
@@ -244,8 +245,24 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
         };
         let (points, places) = (&atlas.cloud().points, self.places());
         parallel::map(points.len(), |i| {
-            self.at_node(field, places[i], &points[i], share)
+            if atlas.is_off(i) {
+                self.at_outlier(field, i)
+            } else {
+                self.at_node(field, places[i], &points[i], share)
+            }
         })
+    }
+
+    /// The field at the foot of a point that lies off the surface. How far it lies off is part of
+    /// the error. Where the point has no foot its distance is not a number.
+    fn at_outlier(&self, field: &Field<D>, point: usize) -> Value<D> {
+        let atlas = self.geodesics.surface();
+        let Ok(foot) = atlas.node_of_point(point) else {
+            return Value::unknown();
+        };
+        let mut value = self.at(field, &foot);
+        value.error += (foot.point - atlas.cloud().points[point]).norm();
+        value
     }
 }
 

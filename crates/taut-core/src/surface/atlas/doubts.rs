@@ -5,6 +5,7 @@ use std::fmt;
 use crate::parallel;
 use crate::spatial::principal;
 use crate::surface::Node;
+use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::scale::usual_points;
 use crate::surface::atlas::{Atlas, ChartIndex};
 
@@ -91,10 +92,34 @@ impl<const D: usize> Atlas<D> {
     #[must_use]
     pub fn spacings_off(&self, node: &Node<D, ChartIndex>, moved: f64) -> Option<f64> {
         let chart = self.charts.get(node.place as usize)?;
+        (moved > self.usually_off(chart)).then(|| moved / chart.spacing)
+    }
+
+    /// The largest distance from the surface, in the input's units, at which points near a chart
+    /// usually lie.
+    fn usually_off(&self, chart: &Chart<D>) -> f64 {
         // Charts between outliers leave more than others do.
         let residual = chart.residual.min(TWICE * self.roughness * chart.spacing);
-        let usual = OFF * residual + OFF_SPACINGS * chart.spacing;
-        (moved > usual).then(|| moved / chart.spacing)
+        OFF * residual + OFF_SPACINGS * chart.spacing
+    }
+
+    /// Whether a point of the cloud may lie off the surface: it lies farther from its chart than
+    /// points usually do, or outliers have bent the chart. Only clouds with points that no chart
+    /// fits have such points.
+    pub(crate) fn is_off(&self, point: usize) -> bool {
+        if self.outliers == 0 {
+            return false;
+        }
+        let (x, chart) = (
+            &self.cloud.points[point],
+            &self.charts[self.owners[point] as usize],
+        );
+        let mut offsets = [0.0; D];
+        chart.offsets(&self.monomials, x, &mut offsets);
+        let heights = &offsets[..D - self.monomials.variables];
+        let height = heights.iter().map(|h| h * h).sum::<f64>().sqrt();
+        let is_far = (x - chart.origin).norm() > chart.radius || height > self.usually_off(chart);
+        is_far || chart.trust < 1.0
     }
 
     /// The doubt about other sheets, if there is one.
