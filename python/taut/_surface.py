@@ -152,8 +152,8 @@ class Surface:
         NoPlaceError
             For an end that has no place on the surface.
         """
-        places = [_place(start, self.coordinates, "start"), _place(end, self.coordinates, "end")]
-        (found,) = self._raw.paths(*places, tol, max_nodes, prove_shortest, threads or 1)
+        first, last = _place(start, self.coordinates, "start"), _place(end, self.coordinates, "end")
+        (found,) = self._raw.paths(first, last, tol, max_nodes, prove_shortest, threads or 1)
         return Path(**found)
 
     def paths(

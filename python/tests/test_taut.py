@@ -104,12 +104,12 @@ def test_any_dtype_order_and_kind_of_ends():
     surface = taut.Surface(points)
     expected = surface.path(5, 900).length
     for same in (np.asfortranarray(points), points.tolist(), np.repeat(points, 2, axis=1)[:, ::2]):
-        assert taut.Surface(same).path(np.int32(5), np.uint8(90) * 10).length == expected
+        assert taut.Surface(same).path(np.int32(5), np.uint16(900)).length == expected
     single = taut.Surface(points.astype(np.float32))
     assert single.path(5, 900).length == pytest.approx(expected, rel=1e-5)
     before = points.copy()
     points.setflags(write=False)
-    assert taut.Surface(points).distance([0, 1]).distance[0] == 0
+    assert taut.Surface(points).distance([0, 1]).distance[0] < 1e-9
     assert (points == before).all()
 
 
