@@ -3,12 +3,12 @@
 use std::io::Write;
 
 use serde::Serialize;
+use taut::size::coordinates;
 use taut_core::surface::atlas::Atlas;
 use taut_core::surface::atlas::doubts::Doubt;
 use taut_core::surface::atlas::report::Report;
 use taut_io::PointSet;
 
-use crate::answer::coordinates;
 use crate::clouds;
 use crate::equations;
 use crate::exit::{Exit, Failure};

@@ -5,6 +5,7 @@ use std::io::Write;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use taut::End;
 use taut_core::correction;
 use taut_io::PointSet;
 
@@ -16,7 +17,7 @@ use crate::output::{exponential, rounded};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{End, Model};
+use crate::settings::Model;
 use crate::surface::{Prepared, Request};
 
 /// Radius of the roll at its inner end.

@@ -7,19 +7,20 @@ mod write;
 
 use std::path::Path;
 
+use taut::End;
+use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::error::Error;
 use taut_core::field::{Cost, Field, Fields, Sources};
 use taut_io::Content;
 
-use crate::answer::coordinates;
 use crate::exit::{Exit, Failure};
 use crate::outputs::Files;
 use crate::picture::Levels;
 use crate::progress::Progress;
 use crate::ready::{self, Places, Question, Ready};
-use crate::settings::{End, FieldSettings, Rates, Source as From};
-use crate::surface::{FlatSamples, Locate, flat_samples};
+use crate::settings::{FieldSettings, Rates, Source as From};
+use crate::surface::{FlatSamples, Show, flat_samples};
 pub use answer::Answer;
 use isolines::Line;
 
@@ -91,7 +92,7 @@ impl Question for Distances<'_> {
         self.settings.at.as_deref()
     }
 
-    fn answer<const D: usize, S: Locate<D>>(
+    fn answer<const D: usize, S: Show<D>>(
         &self,
         ready: &Ready<'_, D, S>,
     ) -> Result<Found, Failure> {
@@ -111,14 +112,14 @@ impl Question for Distances<'_> {
 }
 
 /// A surface with what is asked of it.
-struct Asked<'a, const D: usize, S: Locate<D>> {
+struct Asked<'a, const D: usize, S: Show<D>> {
     settings: &'a FieldSettings,
     ready: &'a Ready<'a, D, S>,
     cost: Option<Cost>,
     progress: &'a Progress,
 }
 
-impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
+impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(&self) -> Result<Found, Failure> {
         let (settings, ready) = (self.settings, self.ready);

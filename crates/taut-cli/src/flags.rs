@@ -6,14 +6,15 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
+use taut::equations::Bounds;
+use taut::{End, coordinate};
 use taut_core::field::Slope;
 use taut_core::surface::shapes::Shape;
 use taut_io::Format;
 
 use crate::exit::Exit;
 use crate::settings::{
-    Bounds, Correction, End, Reconstruction, class, coordinate, count, positive, seed, slope,
-    tolerance, whole,
+    Correction, Reconstruction, class, count, positive, seed, slope, tolerance, whole,
 };
 pub use directions::{ExpFlags, LogFlags};
 

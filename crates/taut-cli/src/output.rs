@@ -4,12 +4,12 @@ use std::io::{self, BufWriter, StdoutLock, Write};
 
 use serde::Serialize;
 
+use taut::End;
 use taut_core::result::Status;
 use taut_io::Column;
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome};
 use crate::exit::Failure;
-use crate::settings::End;
 
 /// How results are written.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use taut::End;
 use taut_core::parallel;
 use taut_io::{Content, Pairs, Polyline, write_polylines};
 
@@ -12,7 +13,7 @@ use crate::output::{self, Style};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{End, Ends, PathSettings};
+use crate::settings::{Ends, PathSettings};
 use crate::surface::{self, Prepared, Request};
 
 /// Pairs answered before their results are written.

@@ -3,11 +3,11 @@
 mod directions;
 mod field;
 
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::ValueEnum;
+use taut::equations::{Bounds, Implicit, Law};
+use taut::{End, coordinate};
 use taut_core::correction;
 use taut_core::guess::particles::Spread;
 use taut_core::surface::shapes::Shape;
@@ -28,7 +28,7 @@ pub enum Source {
     Cloud(CloudSettings),
     /// The file of a fitted model.
     Model(PathBuf),
-    Equations(EquationSettings),
+    Equations(Implicit),
 }
 
 impl Source {
@@ -113,136 +113,6 @@ impl From<PointFlags> for ReadOptions {
             classes: flags.classes,
             column: None,
         }
-    }
-}
-
-/// A surface F(x) = 0.
-pub struct EquationSettings {
-    pub law: Law,
-    /// The dimension of the space that the law speaks of.
-    pub dimension: usize,
-    pub bounds: Option<Bounds>,
-}
-
-/// F, as the user wrote it.
-pub enum Law {
-    Texts(Vec<String>),
-    Shape(Shape),
-}
-
-impl fmt::Display for Law {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Texts(texts) => formatter.write_str(&texts.join("; ")),
-            Self::Shape(shape) => shape.fmt(formatter),
-        }
-    }
-}
-
-/// Lowest and highest coordinate on each axis.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bounds {
-    pub low: Vec<f64>,
-    pub high: Vec<f64>,
-}
-
-impl FromStr for Bounds {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (mut low, mut high) = (Vec::new(), Vec::new());
-        for range in text.split(',') {
-            let (from, to) = range
-                .split_once(':')
-                .ok_or_else(|| format!("found {range:?}, expected lo:hi for each axis"))?;
-            let (from, to) = (coordinate(from)?, coordinate(to)?);
-            if from >= to {
-                return Err(format!("found {range:?}, expected lo below hi"));
-            }
-            low.push(from);
-            high.push(to);
-        }
-        Ok(Self { low, high })
-    }
-}
-
-impl Bounds {
-    /// Distance between the two corners.
-    pub fn diagonal(&self) -> f64 {
-        let sides = self.low.iter().zip(&self.high);
-        sides
-            .map(|(low, high)| (high - low).powi(2))
-            .sum::<f64>()
-            .sqrt()
-    }
-
-    /// Whether a point lies inside.
-    pub fn holds(&self, point: &[f64]) -> bool {
-        let ranges = self.low.iter().zip(&self.high);
-        ranges
-            .zip(point)
-            .all(|((low, high), value)| low <= value && value <= high)
-    }
-
-    /// One range serves all axes; otherwise there must be one each.
-    fn for_dimension(self, dimension: usize) -> Result<Self, Failure> {
-        match self.low.len() {
-            1 => Ok(Self {
-                low: vec![self.low[0]; dimension],
-                high: vec![self.high[0]; dimension],
-            }),
-            found if found == dimension => Ok(self),
-            found => Err(Failure::Usage(format!(
-                "--bounds: found {found} ranges, expected 1, or {dimension}, one for each variable"
-            ))),
-        }
-    }
-}
-
-/// A start or end point as the user names it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum End {
-    /// A row of the point file, the first is 0.
-    Row(usize),
-    /// Coordinates.
-    Point(Vec<f64>),
-}
-
-impl FromStr for End {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if !text.contains(',') {
-            return text.trim().parse().map(Self::Row).map_err(|_| {
-                format!(
-                    "found {text:?}, expected a row of the file (the first is 0) or coordinates with commas between them"
-                )
-            });
-        }
-        text.split(',')
-            .map(coordinate)
-            .collect::<Result<_, _>>()
-            .map(Self::Point)
-    }
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Row(row) => write!(formatter, "{row}"),
-            Self::Point(point) => {
-                let point: Vec<String> = point.iter().map(f64::to_string).collect();
-                formatter.write_str(&point.join(","))
-            }
-        }
-    }
-}
-
-/// Reads a finite number.
-pub fn coordinate(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("found {text:?}, expected a finite number")),
     }
 }
 
@@ -470,7 +340,7 @@ impl TryFrom<SurfaceFlags> for Source {
         let SourceFlags {
             implicit, shape, ..
         } = flags.source;
-        EquationSettings::new(shape, implicit, flags.bounds).map(Self::Equations)
+        equations(shape, implicit, flags.bounds).map(Self::Equations)
     }
 }
 
@@ -501,28 +371,40 @@ fn of_model(file: PathBuf, flags: &SurfaceFlags) -> Result<Source, Failure> {
     )))
 }
 
-impl EquationSettings {
-    /// Of a shape, or else of equations.
-    fn new(
-        shape: Option<Shape>,
-        texts: Vec<String>,
-        bounds: Option<Bounds>,
-    ) -> Result<Self, Failure> {
-        if let Some(shape) = shape {
-            return Ok(Self {
-                dimension: shape.dimension(),
-                bounds: None,
-                law: Law::Shape(shape),
-            });
-        }
-        let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
-        let dimension = Formula::parse(&borrowed, None)?.dimension();
-        let bounds = bounds.map(|bounds| bounds.for_dimension(dimension));
-        Ok(Self {
-            dimension,
-            bounds: bounds.transpose()?,
-            law: Law::Texts(texts),
-        })
+/// The surface of a shape, or else of equations.
+fn equations(
+    shape: Option<Shape>,
+    texts: Vec<String>,
+    bounds: Option<Bounds>,
+) -> Result<Implicit, Failure> {
+    if let Some(shape) = shape {
+        return Ok(Implicit {
+            dimension: shape.dimension(),
+            bounds: None,
+            law: Law::Shape(shape),
+        });
+    }
+    let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
+    let dimension = Formula::parse(&borrowed, None)?.dimension();
+    let bounds = bounds.map(|bounds| for_dimension(bounds, dimension));
+    Ok(Implicit {
+        dimension,
+        bounds: bounds.transpose()?,
+        law: Law::Texts(texts),
+    })
+}
+
+/// One range serves all axes; otherwise there must be one each.
+fn for_dimension(bounds: Bounds, dimension: usize) -> Result<Bounds, Failure> {
+    match bounds.low.len() {
+        1 => Ok(Bounds {
+            low: vec![bounds.low[0]; dimension],
+            high: vec![bounds.high[0]; dimension],
+        }),
+        found if found == dimension => Ok(bounds),
+        found => Err(Failure::Usage(format!(
+            "--bounds: found {found} ranges, expected 1, or {dimension}, one for each variable"
+        ))),
     }
 }
 
@@ -611,23 +493,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_are_rows_or_coordinates() {
-        assert_eq!("12".parse(), Ok(End::Row(12)));
-        assert_eq!("-1, 2e-3,0".parse(), Ok(End::Point(vec![-1.0, 2e-3, 0.0])));
-        for wrong in ["", "-1", "1.5", "1,,2", "1,nan", "1,inf", "one"] {
-            assert!(wrong.parse::<End>().is_err(), "{wrong:?}");
-        }
-    }
-
-    #[test]
     fn bounds_are_one_range_or_one_each() {
         let bounds: Bounds = "-2:2".parse().expect("one range");
-        let wide = bounds.for_dimension(3).expect("fits");
+        let wide = for_dimension(bounds, 3).expect("fits");
         assert_eq!((wide.low, wide.high), (vec![-2.0; 3], vec![2.0; 3]));
         let bounds: Bounds = "-2:2,0:1.5".parse().expect("two ranges");
-        assert!(matches!(bounds.for_dimension(3), Err(Failure::Usage(_))));
-        for wrong in ["", "1", "2:1", "1:1", "a:b", "0:inf"] {
-            assert!(wrong.parse::<Bounds>().is_err(), "{wrong:?}");
-        }
+        assert!(matches!(for_dimension(bounds, 3), Err(Failure::Usage(_))));
     }
 }

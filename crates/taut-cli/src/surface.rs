@@ -1,22 +1,24 @@
 //! From settings to a surface ready for queries: the one place where the dimension becomes a type.
 
+use taut::End;
+use taut::equations::spread;
+use taut::kind::Kind;
+use taut::size::{coordinates, flat};
 use taut_core::correction;
-use taut_core::error::Error;
-use taut_core::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::Guide;
 use taut_core::result::Path;
 use taut_core::surface::{Geometry, Node, Surface};
 use taut_core::{Vector, parallel};
 
-use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place, coordinates, flat};
+use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place};
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
 use crate::matrix::fill::{self, Keep, Work};
 use crate::models;
 use crate::progress::Progress;
-use crate::settings::{self, End};
+use crate::settings;
 
 /// What to ask of every pair.
 pub struct Request {
@@ -43,86 +45,10 @@ pub trait Prepared: Sync {
     fn samples(&self) -> FlatSamples;
 }
 
-/// A surface that knows the user's way of naming its points.
-pub trait Locate<const D: usize>: Guide<D> {
-    /// The node of an end, and how far the point was moved onto the surface.
-    fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error>;
-
-    /// How far at most the points lie from the surface near a node that it was fitted to, where that is known of points
-    /// that are not kept.
-    fn farthest_point(&self, _node: &Node<D, Self::Place>) -> Option<f64> {
-        None
-    }
-
-    /// What was subtracted from the input's coordinates.
-    fn centre(&self) -> Vector<D>;
-
-    /// What speaks against all answers, in sentences.
-    fn doubts(&self) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// How many spacings of the points an end lies off the surface that was moved by so much onto it, where that is more
-    /// than points usually do.
-    fn spacings_off(&self, _node: &Node<D, Self::Place>, _moved: f64) -> Option<f64> {
-        None
-    }
-
-    /// Whether the `surface_error` of paths is an estimate, or unknown.
-    fn estimates_its_error(&self) -> bool {
-        true
-    }
-
+/// A surface that can be shown.
+pub trait Show<const D: usize>: Kind<D> {
     /// Points of the surface for a picture.
     fn samples(&self) -> Samples<D>;
-
-    /// Makes the surface ready for fields of distances, or of costs, which only clouds have.
-    fn fields<'a>(
-        geodesics: &'a Geodesics<D, Self>,
-        _cost: Option<&Cost>,
-    ) -> Result<Fields<'a, D, Self>, Error>
-    where
-        Self: Sized,
-    {
-        Ok(Fields::new(geodesics))
-    }
-
-    /// The field at the rows that the surface was put through, if it keeps any; `None` for rows without a place on it.
-    fn at_rows(
-        &self,
-        _fields: &Fields<'_, D, Self>,
-        _field: &Field<D>,
-    ) -> Option<Vec<Option<Value<D>>>>
-    where
-        Self: Sized,
-    {
-        None
-    }
-
-    /// The logarithms of the same rows; within, `None` for unreached ones.
-    fn logarithms_of_rows(
-        &self,
-        _fields: &Fields<'_, D, Self>,
-        _field: &Field<D>,
-    ) -> Result<Option<Vec<Option<Option<Logarithm<D>>>>>, Error>
-    where
-        Self: Sized,
-    {
-        Ok(None)
-    }
-
-    /// The field as far as the `count` nearest of the surface's own points, if it has any.
-    fn nearest(
-        fields: &Fields<'_, D, Self>,
-        sources: Sources<'_, D, Self::Place>,
-        _count: usize,
-        settings: &field::Settings,
-    ) -> Result<Field<D>, Error>
-    where
-        Self: Sized,
-    {
-        fields.from(sources, settings)
-    }
 }
 
 /// Points of a surface, relative to its centre.
@@ -154,21 +80,25 @@ struct EndNode<const D: usize, P> {
     located: Result<(Node<D, P>, f64), String>,
 }
 
-/// Calls a function with the smallest size of vectors that holds `dimension` coordinates. Each size costs
-/// a minute of compilation; a padded coordinate costs a query some of its speed.
+/// Calls a function with the smallest size of vectors that holds `dimension` coordinates, as
+/// [`taut::by_size`] does.
 macro_rules! with_size {
     ($dimension:expr, $function:ident $(<$further:ident>)? ($($arguments:tt)*)) => {
-        match $dimension {
-            0..=3 => $function::<3 $(, $further)?>($($arguments)*),
-            4..=6 => $function::<6 $(, $further)?>($($arguments)*),
-            7..=16 => $function::<16 $(, $further)?>($($arguments)*),
-            found => Err(crate::exit::Failure::Usage(format!(
-                "found {found} coordinates for each point, expected at most 16; project the points first"
-            ))),
-        }
+        taut::by_size!(
+            $dimension,
+            $crate::surface::too_many,
+            $function $(<$further>)? ($($arguments)*)
+        )
     };
 }
 pub(crate) use with_size;
+
+/// Says that no size of vectors holds so many coordinates.
+pub fn too_many(found: usize) -> Failure {
+    Failure::Usage(format!(
+        "found {found} coordinates for each point, expected at most 16; project the points first"
+    ))
+}
 
 /// Makes a surface ready and locates the ends on it.
 pub fn prepare(
@@ -183,7 +113,7 @@ pub fn prepare(
     }
 }
 
-impl<const D: usize, S: Locate<D>> Located<D, S> {
+impl<const D: usize, S: Show<D>> Located<D, S> {
     /// Locates points of `dimension` coordinates; `rows_kept` are the file's rows that were read, where some
     /// were not.
     pub fn new(
@@ -248,7 +178,7 @@ impl<const D: usize, S: Locate<D>> Located<D, S> {
 
 /// The node of an end named for points of `dimension` coordinates, and how far it was moved there, or why it
 /// has none; `rows_kept` are the file's rows that were read, where some were not.
-pub fn locate<const D: usize, S: Locate<D>>(
+pub fn locate<const D: usize, S: Show<D>>(
     surface: &S,
     dimension: usize,
     rows_kept: Option<&[usize]>,
@@ -275,7 +205,7 @@ fn row_read(row: usize, rows_kept: &[usize]) -> Result<usize, String> {
     })
 }
 
-impl<const D: usize, S: Locate<D>> Prepared for Located<D, S> {
+impl<const D: usize, S: Show<D>> Prepared for Located<D, S> {
     fn dimension(&self) -> usize {
         self.dimension
     }
@@ -363,16 +293,6 @@ impl<const D: usize> Samples<D> {
             discs: (codimension == 1).then_some(discs),
         }
     }
-}
-
-/// The terms of a sequence that fills the cube |x_i| < 1 evenly (Roberts, "The unreasonable
-/// effectiveness of quasirandom sequences", 2018).
-pub fn spread<const D: usize>(term: usize) -> Vector<D> {
-    let ratio = (0..32).fold(2.0_f64, |g, _| (1.0 + g).powf(1.0 / (D as f64 + 1.0)));
-    Vector::from_fn(|i, _| {
-        let step = ratio.powi(-(i as i32 + 1));
-        2.0 * (0.5 + step * (term as f64 + 1.0)).fract() - 1.0
-    })
 }
 
 /// Lowest and highest coordinates.

@@ -1,10 +1,10 @@
 //! Distances at points, their dimension forgotten.
 
 use serde::Serialize;
+use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::field::{Value, least};
 
-use crate::answer::coordinates;
 use crate::field::isolines::Line;
 
 /// A field at points, in the coordinates and units of the input.

@@ -13,13 +13,14 @@ mod tally;
 use std::io::Write;
 
 use serde::Serialize;
+use taut::End;
 use taut_io::Unfinished;
 
 use crate::exit::{Exit, Failure};
 use crate::output::{exponential, line, tell};
 use crate::outputs::Files;
 use crate::progress::Progress;
-use crate::settings::{End, MatrixSettings, Source};
+use crate::settings::{MatrixSettings, Source};
 use crate::sites::ends_of_file;
 use crate::surface;
 use fill::Work;

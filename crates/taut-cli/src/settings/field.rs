@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use taut::coordinate;
 use taut_core::field;
 
 use crate::exit::Failure;
 use crate::flags::FieldFlags;
-use crate::settings::{Source, Sources, coordinate};
+use crate::settings::{Source, Sources};
 
 /// What `taut field` was asked to do.
 pub struct FieldSettings {
