@@ -10,8 +10,9 @@ use taut_io::PointSet;
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::settings::{CloudSettings, Model, Reconstruction};
+use crate::settings::{CloudSettings, Model};
 use crate::surface::{Located, Prepared, Samples, Show, with_size};
+use crate::values::Reconstruction;
 
 /// Reads a file, puts a surface through its points and locates the ends on it.
 pub fn prepare(

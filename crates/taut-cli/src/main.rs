@@ -26,6 +26,7 @@ mod settings;
 mod signals;
 mod sites;
 mod surface;
+mod values;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -15,9 +15,6 @@ use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::surface::{Located, Prepared, corners, with_size};
 
-/// The extension of a model's file.
-pub const EXTENSION: &str = "taut";
-
 /// The first line of a model's file; each further line is a chart.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -7,7 +7,7 @@ use taut_core::field;
 
 use crate::exit::Failure;
 use crate::flags::{ExpFlags, LogFlags};
-use crate::settings::{Source, Sources};
+use crate::settings::source::{Source, Sources};
 
 /// What `taut log` was asked to do.
 pub struct LogSettings {
