@@ -8,8 +8,8 @@ use taut_core::guess::sampling::{Extent, Sampled};
 use taut_core::surface::{Node, Surface};
 use taut_core::{Vector, parallel};
 
-use crate::check::Facts;
 use crate::exit::Failure;
+use crate::facts::Facts;
 use crate::progress::Progress;
 use crate::surface::{Located, Prepared, Samples, Show, corners, with_size};
 

@@ -8,6 +8,7 @@ mod either;
 mod equations;
 mod exit;
 mod exponential;
+mod facts;
 mod farthest;
 mod field;
 mod fit;

@@ -10,8 +10,8 @@ use taut_core::geodesics::Geodesics;
 use taut_core::surface::atlas::{Atlas, Header, Model};
 use taut_io::{read_json_lines, write_json_lines};
 
-use crate::check::{ChartFacts, Facts};
 use crate::exit::Failure;
+use crate::facts::{ChartFacts, Facts};
 use crate::progress::Progress;
 use crate::surface::{Located, Prepared, corners, with_size};
 
