@@ -6,6 +6,7 @@ use taut_core::Vector;
 use taut_core::result::{Path, Status};
 
 use crate::exit::Exit;
+use crate::numbers::significant;
 
 /// A start or end point.
 pub struct LocatedEnd {
@@ -135,7 +136,7 @@ impl Answer {
 pub fn outlying(end: &End, spacings: f64) -> String {
     format!(
         "{end} is no point of the surface: it lies {} spacings off it, and the answer is for the place that it was moved to",
-        crate::output::significant(spacings)
+        significant(spacings)
     )
 }
 

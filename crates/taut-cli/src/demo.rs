@@ -13,7 +13,7 @@ use crate::answer::{Answer, FoundPath};
 use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::flags::DemoFlags;
-use crate::output::{exponential, rounded};
+use crate::numbers::{exponential, rounded};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;

@@ -12,7 +12,8 @@ use taut_io::PointSet;
 
 use crate::clouds;
 use crate::exit::{Exit, Failure};
-use crate::output::{line, rounded, tell};
+use crate::numbers::rounded;
+use crate::output::{line, tell};
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{CloudSettings, SampleSettings};

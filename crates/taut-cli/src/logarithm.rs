@@ -9,7 +9,8 @@ use taut_core::field::{Field, Fields, Logarithm};
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::exit::{Exit, Failure};
-use crate::output::{exponential, line, significant, tell, write_columns};
+use crate::numbers::{exponential, significant};
+use crate::output::{line, tell, write_columns};
 use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};

@@ -16,6 +16,7 @@ mod flags;
 mod logarithm;
 mod matrix;
 mod models;
+mod numbers;
 mod output;
 mod outputs;
 mod path;

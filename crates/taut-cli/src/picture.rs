@@ -7,7 +7,8 @@ use taut_draw::{Camera, DrawError, Projection, Radii, Scene, Style, render};
 use crate::answer::FoundPath;
 use crate::exit::Failure;
 use crate::field::Answer;
-use crate::output::{significant, with_errors};
+use crate::numbers::significant;
+use crate::output::with_errors;
 use crate::surface::FlatSamples;
 
 const WIDTH: u32 = 1600;

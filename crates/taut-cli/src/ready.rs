@@ -16,7 +16,7 @@ use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
 use crate::models;
-use crate::output::{rounding, significant};
+use crate::numbers::{rounding, significant};
 use crate::progress::Progress;
 use crate::settings::{self, CloudSettings, Sources};
 use crate::sites::{self, Site};

@@ -17,7 +17,8 @@ use taut::End;
 use taut_io::Unfinished;
 
 use crate::exit::{Exit, Failure};
-use crate::output::{exponential, line, tell};
+use crate::numbers::exponential;
+use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::settings::{MatrixSettings, Source};
