@@ -21,20 +21,8 @@ use crate::progress::Progress;
 use crate::ready::{self, Places, Question, Ready};
 use crate::settings::{FieldSettings, Rates, Source as From};
 use crate::surface::{FlatSamples, Show, flat_samples};
-pub use answer::Answer;
+use answer::{Answer, Found};
 use isolines::Line;
-
-/// A field, its dimension forgotten, with what a picture shows of it.
-struct Found {
-    answer: Answer,
-    sources: usize,
-    /// How far each source, or vertex of the curve, was moved onto the surface.
-    sources_moved: Vec<f64>,
-    /// The file's rows that the points come from, where some were left out.
-    rows_kept: Option<Vec<usize>>,
-    drawn: Option<(FlatSamples, Levels)>,
-    isolines: Option<Vec<Line>>,
-}
 
 /// Finds the distances and writes what was asked for.
 pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failure> {
@@ -263,7 +251,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
                 points: own.points.clone(),
                 discs: None,
             };
-            return (samples, Levels::of(own));
+            return (samples, own.levels());
         }
         let surface = self.ready.geodesics.surface();
         let samples = flat_samples(&surface.samples(), &surface.centre(), self.ready.dimension);
@@ -273,7 +261,6 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
             let value = found.map(|(node, _)| fields.at(field, &node));
             answer.push(value.as_ref());
         }
-        let levels = Levels::of(&answer);
-        (samples, levels)
+        (samples, answer.levels())
     }
 }

@@ -5,8 +5,7 @@ use std::io::{self, Write};
 use taut_io::{Column, PointTable, write_table};
 
 use crate::exit::Failure;
-use crate::field::Found;
-use crate::field::answer::{Answer, Facts, IsolineFacts};
+use crate::field::answer::{Answer, Facts, Found, IsolineFacts};
 use crate::field::isolines;
 use crate::numbers::{exponential, significant};
 use crate::output::{line, tell, write_columns};
