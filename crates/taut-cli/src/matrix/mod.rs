@@ -175,7 +175,7 @@ fn go_on(
                     "found block {} done twice, or outside the matrix",
                     done.block
                 );
-                return Err(journal::refused(&path, &reason));
+                return Err(files::refused(&path, &reason));
             }
         }
     }
