@@ -9,9 +9,11 @@ use taut_core::surface::mls::MovingLeastSquares;
 use taut_io::PointSet;
 
 use crate::exit::Failure;
+use crate::located::Located;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::settings::{CloudSettings, Model};
-use crate::surface::{Located, Prepared, Samples, Show, with_size};
+use crate::surface::{Samples, Show, with_size};
 use crate::values::Reconstruction;
 
 /// Reads a file, puts a surface through its points and locates the ends on it.

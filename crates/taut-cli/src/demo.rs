@@ -13,12 +13,13 @@ use crate::answer::{Answer, FoundPath};
 use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::flags::DemoFlags;
+use crate::located::Request;
 use crate::numbers::{exponential, rounded};
 use crate::outputs::Files;
 use crate::picture;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::settings::Model;
-use crate::surface::{Prepared, Request};
 
 /// Radius of the roll at its inner end.
 const INNER_RADIUS: f64 = 0.3;

@@ -10,8 +10,10 @@ use taut_core::{Vector, parallel};
 
 use crate::exit::Failure;
 use crate::facts::Facts;
+use crate::located::Located;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::surface::{Located, Prepared, Samples, Show, corners, with_size};
+use crate::surface::{Samples, Show, corners, with_size};
 
 /// Makes the surface ready and locates the ends on it.
 pub fn prepare(

@@ -12,8 +12,10 @@ use taut_io::{read_json_lines, write_json_lines};
 
 use crate::exit::Failure;
 use crate::facts::{ChartFacts, Facts};
+use crate::located::Located;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::surface::{Located, Prepared, corners, with_size};
+use crate::surface::{corners, with_size};
 
 /// The first line of a model's file; each further line is a chart.
 #[derive(Serialize, Deserialize)]

@@ -1,4 +1,5 @@
-//! A surface made ready for a question about all of it: from settings to a type of its dimension and kind.
+//! A surface made ready, for paths between ends or for a question about all of it: from settings to
+//! a type of its dimension and kind.
 
 use std::path::Path;
 
@@ -15,12 +16,14 @@ use crate::answer::outlying;
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
+use crate::located::locate;
 use crate::models;
 use crate::numbers::{rounding, significant};
+use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::settings::{self, CloudSettings, Sources};
 use crate::sites::{self, Site};
-use crate::surface::{Show, locate, with_size};
+use crate::surface::{Show, with_size};
 
 /// Places on the surface, and how far each was moved there.
 type Moved<T> = (Vec<T>, Vec<f64>);
@@ -49,6 +52,19 @@ pub trait Question {
         &self,
         ready: &Ready<'_, D, S>,
     ) -> Result<Self::Answer, Failure>;
+}
+
+/// Makes a surface ready and locates the ends on it.
+pub fn prepare(
+    source: &settings::Source,
+    ends: Vec<End>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    match source {
+        settings::Source::Cloud(settings) => clouds::prepare(settings, ends, progress),
+        settings::Source::Model(file) => models::prepare(file, ends, progress),
+        settings::Source::Equations(settings) => equations::prepare(settings, ends, progress),
+    }
 }
 
 /// Makes a surface ready and answers the question; `sources` say which part of an equation's surface is meant.

@@ -10,9 +10,10 @@ use taut_core::surface::Node;
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
+use crate::located::Located;
 use crate::matrix::plan::{Block, Plan};
 use crate::progress::Progress;
-use crate::surface::{Located, Show};
+use crate::surface::Show;
 
 /// What is to be found.
 pub struct Work<'a> {
