@@ -21,8 +21,10 @@ pub struct Request {
 /// A surface of R^D made ready, and ends on it.
 pub struct Located<const D: usize, S: Guide<D>> {
     pub geodesics: Geodesics<D, S>,
+    /// Coordinates of a point.
     pub dimension: usize,
     pub ends: Vec<EndNode<D, S::Place>>,
+    /// What speaks against all answers on the surface, in sentences.
     pub doubts: Vec<String>,
 }
 
