@@ -1,10 +1,12 @@
 //! What a query found, its dimension forgotten: numbers in the units and coordinates of the input.
 
+use taut::End;
+use taut::size::flat;
 use taut_core::Vector;
 use taut_core::result::{Path, Status};
 
 use crate::exit::Exit;
-use crate::settings::End;
+use crate::numbers::significant;
 
 /// A start or end point.
 pub struct LocatedEnd {
@@ -134,7 +136,7 @@ impl Answer {
 pub fn outlying(end: &End, spacings: f64) -> String {
     format!(
         "{end} is no point of the surface: it lies {} spacings off it, and the answer is for the place that it was moved to",
-        crate::output::significant(spacings)
+        significant(spacings)
     )
 }
 
@@ -180,28 +182,4 @@ impl FoundPath {
     pub fn nodes(&self) -> usize {
         self.arc_length.len()
     }
-}
-
-/// Vectors moved by `origin`, row-major, without the padding behind the first `dimension` coordinates.
-pub fn flat<const D: usize>(
-    vectors: &[Vector<D>],
-    origin: &Vector<D>,
-    dimension: usize,
-) -> Vec<f64> {
-    let moved = vectors.iter().map(|vector| vector + origin);
-    moved
-        .flat_map(|vector| coordinates(&vector, dimension))
-        .collect()
-}
-
-/// The first `dimension` coordinates; those behind are padding.
-pub fn coordinates<const D: usize>(vector: &Vector<D>, dimension: usize) -> Vec<f64> {
-    vector.as_slice()[..dimension].to_vec()
-}
-
-/// A point in the engine's size, padded with zeros.
-pub fn padded<const D: usize>(point: &[f64]) -> Vector<D> {
-    let mut vector = Vector::<D>::zeros();
-    vector.as_mut_slice()[..point.len()].copy_from_slice(point);
-    vector
 }

@@ -1,20 +1,20 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
-use taut_core::Vector;
+use taut::End;
 use taut_core::cloud::Cloud;
-use taut_core::error::Error;
-use taut_core::field::{self, Cost, Field, Fields, Logarithm, Sources, Value};
 use taut_core::geodesics::Geodesics;
+use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
 use taut_core::surface::mls::MovingLeastSquares;
-use taut_core::surface::{Node, Surface};
 use taut_io::PointSet;
 
-use crate::answer::padded;
 use crate::exit::Failure;
+use crate::located::Located;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::{CloudSettings, End, Model, Reconstruction};
-use crate::surface::{Locate, Located, Prepared, Samples, with_size};
+use crate::settings::{CloudSettings, Model};
+use crate::surface::{Samples, Show, with_size};
+use crate::values::Reconstruction;
 
 /// Reads a file, puts a surface through its points and locates the ends on it.
 pub fn prepare(
@@ -175,40 +175,7 @@ pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Pro
     }
 }
 
-impl<const D: usize> Locate<D> for Atlas<D> {
-    fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error> {
-        let node = match end {
-            End::Row(row) if !self.has_points() => {
-                return Err(Error::NoSuchPoint {
-                    row: *row,
-                    reason: "a model keeps no rows; give coordinates",
-                });
-            }
-            End::Row(row) => self.node_of_row(*row)?,
-            End::Point(point) => self.node_near(&padded(point))?,
-        };
-        Ok((node, moved(self.cloud(), end, &node.point)))
-    }
-
-    fn farthest_point(&self, node: &Node<D, Self::Place>) -> Option<f64> {
-        (!self.has_points()).then(|| self.farthest_point(node.place))
-    }
-
-    fn centre(&self) -> Vector<D> {
-        self.cloud().centre
-    }
-
-    fn doubts(&self) -> Vec<String> {
-        Atlas::doubts(self)
-            .iter()
-            .map(ToString::to_string)
-            .collect()
-    }
-
-    fn spacings_off(&self, node: &Node<D, Self::Place>, moved: f64) -> Option<f64> {
-        Atlas::spacings_off(self, node, moved)
-    }
-
+impl<const D: usize> Show<D> for Atlas<D> {
     fn samples(&self) -> Samples<D> {
         if self.has_points() {
             Samples::of_cloud(self.cloud())
@@ -216,91 +183,12 @@ impl<const D: usize> Locate<D> for Atlas<D> {
             Samples::of_charts(self)
         }
     }
-
-    fn fields<'a>(
-        geodesics: &'a Geodesics<D, Self>,
-        cost: Option<&Cost>,
-    ) -> Result<Fields<'a, D, Self>, Error> {
-        match cost {
-            Some(cost) => Fields::with_cost(geodesics, cost),
-            None => Fields::of_cloud(geodesics),
-        }
-    }
-
-    fn at_rows(
-        &self,
-        fields: &Fields<'_, D, Self>,
-        field: &Field<D>,
-    ) -> Option<Vec<Option<Value<D>>>> {
-        self.has_points()
-            .then(|| of_rows(self.cloud(), &fields.at_points(field)))
-    }
-
-    fn logarithms_of_rows(
-        &self,
-        fields: &Fields<'_, D, Self>,
-        field: &Field<D>,
-    ) -> Result<Option<Vec<Option<Option<Logarithm<D>>>>>, Error> {
-        if !self.has_points() {
-            return Ok(None);
-        }
-        let found = fields.logarithms(field)?;
-        Ok(Some(of_rows(self.cloud(), &found)))
-    }
-
-    fn nearest(
-        fields: &Fields<'_, D, Self>,
-        sources: Sources<'_, D, Self::Place>,
-        count: usize,
-        settings: &field::Settings,
-    ) -> Result<Field<D>, Error> {
-        fields.nearest(sources, count, settings)
-    }
 }
 
-impl<const D: usize> Locate<D> for MovingLeastSquares<D> {
-    fn locate(&self, end: &End) -> Result<(Node<D, Self::Place>, f64), Error> {
-        let node = match end {
-            End::Row(row) => self.node_of_row(*row)?,
-            End::Point(point) => self.node_near(&padded(point))?,
-        };
-        Ok((node, moved(self.atlas().cloud(), end, &node.point)))
-    }
-
-    fn centre(&self) -> Vector<D> {
-        self.atlas().cloud().centre
-    }
-
-    fn doubts(&self) -> Vec<String> {
-        Locate::doubts(self.atlas())
-    }
-
-    fn estimates_its_error(&self) -> bool {
-        false
-    }
-
+impl<const D: usize> Show<D> for MovingLeastSquares<D> {
     fn samples(&self) -> Samples<D> {
         Samples::of_cloud(self.atlas().cloud())
     }
-}
-
-/// What is known of the points of a cloud, for each row that was read.
-fn of_rows<const D: usize, T: Copy>(cloud: &Cloud<D>, values: &[T]) -> Vec<Option<T>> {
-    let rows = cloud.point_of_row.iter();
-    rows.map(|point| point.map(|point| values[point as usize]))
-        .collect()
-}
-
-/// How far an end was moved onto the surface of a cloud.
-fn moved<const D: usize>(cloud: &Cloud<D>, end: &End, point: &Vector<D>) -> f64 {
-    let given = match end {
-        End::Row(row) => match cloud.point_of_row.get(*row) {
-            Some(Some(index)) => cloud.points[*index as usize],
-            _ => *point,
-        },
-        End::Point(given) => padded::<D>(given) - cloud.centre,
-    };
-    (point - given).norm()
 }
 
 /// The part of a chart's support that is its own.

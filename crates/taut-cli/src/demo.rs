@@ -5,6 +5,7 @@ use std::io::Write;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use taut::End;
 use taut_core::correction;
 use taut_io::PointSet;
 
@@ -12,12 +13,13 @@ use crate::answer::{Answer, FoundPath};
 use crate::clouds;
 use crate::exit::{Exit, Failure};
 use crate::flags::DemoFlags;
-use crate::output::{exponential, rounded};
+use crate::located::Request;
+use crate::numbers::{exponential, rounded};
 use crate::outputs::Files;
 use crate::picture;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::{End, Model};
-use crate::surface::{Prepared, Request};
+use crate::settings::Model;
 
 /// Radius of the roll at its inner end.
 const INNER_RADIUS: f64 = 0.3;

@@ -1,11 +1,10 @@
 //! A surface of either kind, so that what spreads over all of them is compiled once for each dimension.
 
+use taut::equations::System;
 use taut_core::Vector;
 use taut_core::surface::atlas::{Atlas, ChartIndex};
 use taut_core::surface::implicit::ImplicitSurface;
 use taut_core::surface::{Geometry, Surface};
-
-use crate::equations::System;
 
 /// A surface of charts or of equations; on the latter places mean nothing.
 pub enum Either<'a, const D: usize> {

@@ -3,21 +3,23 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use taut::size::{coordinates, flat, padded};
 use taut_core::field::{Fields, Shot};
 use taut_core::surface::Geometry;
 use taut_core::{Vector, parallel};
 use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
-use crate::answer::{FoundPath, Outcome, coordinates, flat, padded};
+use crate::answer::{FoundPath, Outcome};
 use crate::exit::{Exit, Failure};
 use crate::logarithm::names;
-use crate::output::{exponential, line, tell, write_columns, yes_or_no};
+use crate::numbers::exponential;
+use crate::output::{line, tell, write_columns, yes_or_no};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::settings::{Aim, ExpSettings, Sources};
-use crate::surface::{FlatSamples, Locate, flat_samples};
+use crate::surface::{FlatSamples, Show, flat_samples};
 
 /// Follows the geodesics and writes what was asked for.
 pub fn run(settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
@@ -82,7 +84,7 @@ struct Answer {
 impl Question for Geodesics<'_> {
     type Answer = Found;
 
-    fn answer<const D: usize, S: Locate<D>>(
+    fn answer<const D: usize, S: Show<D>>(
         &self,
         ready: &Ready<'_, D, S>,
     ) -> Result<Found, Failure> {

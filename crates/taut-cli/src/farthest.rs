@@ -3,19 +3,22 @@
 use std::io;
 
 use serde::Serialize;
+use taut::End;
+use taut::kind::Kind;
+use taut::size::flat;
 use taut_core::field;
 use taut_core::geodesics::Geodesics;
 use taut_io::PointSet;
 
-use crate::answer::flat;
 use crate::clouds;
 use crate::exit::{Exit, Failure};
-use crate::output::{line, rounded, tell};
+use crate::numbers::rounded;
+use crate::output::{line, tell};
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{CloudSettings, End, SampleSettings};
+use crate::settings::{CloudSettings, SampleSettings};
 use crate::sites;
-use crate::surface::{FlatSamples, Locate, with_size};
+use crate::surface::{FlatSamples, with_size};
 
 /// What is told of points far from each other. Lengths are in the units of the input.
 #[derive(Serialize)]
@@ -87,7 +90,7 @@ fn found<const D: usize>(
     };
     let first: Vec<usize> = ends.iter().map(position).collect::<Result<_, _>>()?;
     let geodesics = Geodesics::of_atlas(atlas);
-    let fields = Locate::fields(&geodesics, None).map_err(refused)?;
+    let fields = Kind::fields(&geodesics, None).map_err(refused)?;
     progress.step("distances");
     progress.count_to(settings.count);
     let found = fields

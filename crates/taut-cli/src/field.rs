@@ -7,33 +7,22 @@ mod write;
 
 use std::path::Path;
 
+use taut::End;
+use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::error::Error;
 use taut_core::field::{Cost, Field, Fields, Sources};
 use taut_io::Content;
 
-use crate::answer::coordinates;
 use crate::exit::{Exit, Failure};
 use crate::outputs::Files;
 use crate::picture::Levels;
 use crate::progress::Progress;
 use crate::ready::{self, Places, Question, Ready};
-use crate::settings::{End, FieldSettings, Rates, Source as From};
-use crate::surface::{FlatSamples, Locate, flat_samples};
-pub use answer::Answer;
+use crate::settings::{FieldSettings, Rates, Source as From};
+use crate::surface::{FlatSamples, Show, flat_samples};
+use answer::{Answer, Found};
 use isolines::Line;
-
-/// A field, its dimension forgotten, with what a picture shows of it.
-struct Found {
-    answer: Answer,
-    sources: usize,
-    /// How far each source, or vertex of the curve, was moved onto the surface.
-    sources_moved: Vec<f64>,
-    /// The file's rows that the points come from, where some were left out.
-    rows_kept: Option<Vec<usize>>,
-    drawn: Option<(FlatSamples, Levels)>,
-    isolines: Option<Vec<Line>>,
-}
 
 /// Finds the distances and writes what was asked for.
 pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failure> {
@@ -91,7 +80,7 @@ impl Question for Distances<'_> {
         self.settings.at.as_deref()
     }
 
-    fn answer<const D: usize, S: Locate<D>>(
+    fn answer<const D: usize, S: Show<D>>(
         &self,
         ready: &Ready<'_, D, S>,
     ) -> Result<Found, Failure> {
@@ -111,14 +100,14 @@ impl Question for Distances<'_> {
 }
 
 /// A surface with what is asked of it.
-struct Asked<'a, const D: usize, S: Locate<D>> {
+struct Asked<'a, const D: usize, S: Show<D>> {
     settings: &'a FieldSettings,
     ready: &'a Ready<'a, D, S>,
     cost: Option<Cost>,
     progress: &'a Progress,
 }
 
-impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
+impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(&self) -> Result<Found, Failure> {
         let (settings, ready) = (self.settings, self.ready);
@@ -262,7 +251,7 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
                 points: own.points.clone(),
                 discs: None,
             };
-            return (samples, Levels::of(own));
+            return (samples, own.levels());
         }
         let surface = self.ready.geodesics.surface();
         let samples = flat_samples(&surface.samples(), &surface.centre(), self.ready.dimension);
@@ -272,7 +261,6 @@ impl<const D: usize, S: Locate<D>> Asked<'_, D, S> {
             let value = found.map(|(node, _)| fields.at(field, &node));
             answer.push(value.as_ref());
         }
-        let levels = Levels::of(&answer);
-        (samples, levels)
+        (samples, answer.levels())
     }
 }

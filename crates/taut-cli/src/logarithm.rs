@@ -3,18 +3,19 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::field::{Field, Fields, Logarithm};
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
-use crate::answer::coordinates;
 use crate::exit::{Exit, Failure};
-use crate::output::{exponential, line, significant, tell, write_columns};
+use crate::numbers::{exponential, significant};
+use crate::output::{line, tell, write_columns};
 use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::settings::{LogSettings, Source};
-use crate::surface::Locate;
+use crate::surface::Show;
 
 /// Finds the vectors and writes what was asked for.
 pub fn run(settings: &LogSettings, progress: &Progress) -> Result<Exit, Failure> {
@@ -82,7 +83,7 @@ struct Facts {
 impl Question for Vectors<'_> {
     type Answer = Table;
 
-    fn answer<const D: usize, S: Locate<D>>(
+    fn answer<const D: usize, S: Show<D>>(
         &self,
         ready: &Ready<'_, D, S>,
     ) -> Result<Table, Failure> {
@@ -168,7 +169,7 @@ pub fn names(vector: &str, dimension: usize) -> Vec<String> {
 }
 
 impl Table {
-    fn new<const D: usize, S: Locate<D>>(
+    fn new<const D: usize, S: Show<D>>(
         ready: &Ready<'_, D, S>,
         points: Vec<f64>,
         transport: bool,
@@ -204,7 +205,7 @@ impl Table {
     }
 
     /// The logarithm of the next point; `None` where it has no place, within where it is not reached.
-    fn push<const D: usize, S: Locate<D>>(
+    fn push<const D: usize, S: Show<D>>(
         &mut self,
         fields: &Fields<'_, D, S>,
         field: &Field<D>,

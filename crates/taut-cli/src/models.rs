@@ -4,19 +4,18 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use taut::End;
+use taut::size::coordinates;
 use taut_core::geodesics::Geodesics;
 use taut_core::surface::atlas::{Atlas, Header, Model};
 use taut_io::{read_json_lines, write_json_lines};
 
-use crate::answer::coordinates;
-use crate::check::{ChartFacts, Facts};
 use crate::exit::Failure;
+use crate::facts::{ChartFacts, Facts};
+use crate::located::Located;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::End;
-use crate::surface::{Located, Prepared, corners, with_size};
-
-/// The extension of a model's file.
-pub const EXTENSION: &str = "taut";
+use crate::surface::{corners, with_size};
 
 /// The first line of a model's file; each further line is a chart.
 #[derive(Serialize, Deserialize)]

@@ -3,17 +3,20 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use taut::End;
 use taut_core::parallel;
 use taut_io::{Content, Pairs, Polyline, write_polylines};
 
 use crate::answer::{Answer, FoundPath};
 use crate::exit::{Exit, Failure};
+use crate::located::Request;
 use crate::output::{self, Style};
 use crate::outputs::Files;
 use crate::picture;
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::{End, Ends, PathSettings};
-use crate::surface::{self, Prepared, Request};
+use crate::ready;
+use crate::settings::{Ends, PathSettings};
 
 /// Pairs answered before their results are written.
 const CHUNK: usize = 256;
@@ -44,7 +47,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
         ));
     }
     let ends = pairs.into_iter().flatten().collect();
-    let prepared = surface::prepare(&settings.source, ends, progress)?;
+    let prepared = ready::prepare(&settings.source, ends, progress)?;
     if let Some(file) = output {
         taut_io::check_output(file, Content::Paths, Some(prepared.dimension()))?;
     }

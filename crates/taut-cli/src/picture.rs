@@ -6,8 +6,8 @@ use taut_draw::{Camera, DrawError, Projection, Radii, Scene, Style, render};
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
-use crate::field::Answer;
-use crate::output::{significant, with_errors};
+use crate::numbers::significant;
+use crate::output::with_errors;
 use crate::surface::FlatSamples;
 
 const WIDTH: u32 = 1600;
@@ -37,11 +37,8 @@ pub struct Levels {
 }
 
 impl Levels {
-    pub fn of(answer: &Answer) -> Self {
-        Self {
-            values: answer.distance.clone(),
-            gradients: answer.gradient.clone(),
-        }
+    pub fn new(values: Vec<f64>, gradients: Vec<f64>) -> Self {
+        Self { values, gradients }
     }
 
     /// A round number, some sixteenth of the largest value: isolines lie that far apart.

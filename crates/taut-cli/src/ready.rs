@@ -1,23 +1,29 @@
-//! A surface made ready for a question about all of it: from settings to a type of its dimension and kind.
+//! A surface made ready, for paths between ends or for a question about all of it: from settings to
+//! a type of its dimension and kind.
 
 use std::path::Path;
 
+use taut::End;
+use taut::equations::Implicit;
+use taut::size::coordinates;
 use taut_core::field::Source;
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::Guide;
 use taut_core::surface::Node;
 use taut_io::PointSet;
 
-use crate::answer::{coordinates, outlying};
+use crate::answer::outlying;
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
+use crate::located::locate;
 use crate::models;
-use crate::output::{rounding, significant};
+use crate::numbers::{rounding, significant};
+use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::{self, CloudSettings, End, EquationSettings, Sources};
+use crate::settings::{self, CloudSettings, Sources};
 use crate::sites::{self, Site};
-use crate::surface::{Locate, locate, with_size};
+use crate::surface::{Show, with_size};
 
 /// Places on the surface, and how far each was moved there.
 type Moved<T> = (Vec<T>, Vec<f64>);
@@ -42,10 +48,23 @@ pub trait Question {
         None
     }
 
-    fn answer<const D: usize, S: Locate<D>>(
+    fn answer<const D: usize, S: Show<D>>(
         &self,
         ready: &Ready<'_, D, S>,
     ) -> Result<Self::Answer, Failure>;
+}
+
+/// Makes a surface ready and locates the ends on it.
+pub fn prepare(
+    source: &settings::Source,
+    ends: Vec<End>,
+    progress: &Progress,
+) -> Result<Box<dyn Prepared>, Failure> {
+    match source {
+        settings::Source::Cloud(settings) => clouds::prepare(settings, ends, progress),
+        settings::Source::Model(file) => models::prepare(file, ends, progress),
+        settings::Source::Equations(settings) => equations::prepare(settings, ends, progress),
+    }
 }
 
 /// Makes a surface ready and answers the question; `sources` say which part of an equation's surface is meant.
@@ -108,7 +127,7 @@ fn of_model<const D: usize, Q: Question>(
 }
 
 fn of_equations<const D: usize, Q: Question>(
-    law: &EquationSettings,
+    law: &Implicit,
     sources: &Sources,
     question: &Q,
     progress: &Progress,
@@ -149,7 +168,7 @@ impl<const D: usize, P> Places<D, P> {
     }
 }
 
-impl<const D: usize, S: Locate<D>> Ready<'_, D, S> {
+impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
     /// The file's rows that the points come from, where some were left out.
     pub fn rows_kept(&self) -> Option<&[usize]> {
         self.points?.rows_kept.as_deref()

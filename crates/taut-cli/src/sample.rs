@@ -3,6 +3,10 @@
 use std::io::Write;
 
 use serde::Serialize;
+use taut::End;
+use taut::equations::{Implicit, Law, extent};
+use taut::kind::Kind;
+use taut::size::{flat, padded};
 use taut_core::Vector;
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::particles::{self, Quality, Region, Sampling};
@@ -11,20 +15,20 @@ use taut_core::surface::implicit::{Equations, ImplicitSurface};
 use taut_core::surface::{Geometry, Node, Surface};
 use taut_io::{Content, PointSet};
 
-use crate::answer::{flat, padded};
 use crate::clouds;
 use crate::either::Either;
 use crate::equations;
 use crate::exit::{Exit, Failure};
 use crate::farthest;
 use crate::models::{self, FileModel};
-use crate::output::{line, significant, tell};
+use crate::numbers::significant;
+use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{End, EquationSettings, Law, Model, SampleSettings, Source};
+use crate::settings::{Model, SampleSettings, Source};
 use crate::sites;
-use crate::surface::{FlatSamples, Locate, corners, with_size};
+use crate::surface::{FlatSamples, corners, with_size};
 
 /// Points spread over a surface, their dimension forgotten.
 struct Sampled {
@@ -133,11 +137,12 @@ struct Start<'a, const D: usize> {
 
 fn of_equations<const D: usize>(
     settings: &SampleSettings,
-    law: &EquationSettings,
+    law: &Implicit,
     sources: &[End],
     progress: &Progress,
 ) -> Result<Sampled, Failure> {
-    let searched = equations::searched::<D>(law)?;
+    let refused = |error| equations::refused(law, "--bounds or --source", error);
+    let searched = law.searched::<D>().map_err(refused)?;
     if let (Law::Texts(_), None, []) = (&law.law, &law.bounds, sources) {
         progress.note(&format!(
             "{}: without --bounds the points start between {:?} and {:?}; if the surface goes on without end, they cover some part of it",
@@ -145,17 +150,17 @@ fn of_equations<const D: usize>(
         ));
     }
     let given = equations::points_of(sources, law.dimension)?;
-    let region = equations::bounds(law, &given);
+    let region = law.region(&given);
     let seeds: Vec<Vector<D>> = match given[..] {
-        [] => equations::seeds(law, &searched, "--bounds or --source")?,
+        [] => law.seeds(&searched).map_err(refused)?,
         _ => given.iter().map(|point| padded(point)).collect(),
     };
     let size = match &region {
         Some(region) => 0.5 * region.diagonal(),
         None if given.is_empty() => searched.high.iter().copied().fold(0.0, f64::max),
-        None => equations::extent(&given),
+        None => extent(&given),
     };
-    let surface = ImplicitSurface::new(equations::system::<D>(law)?, size);
+    let surface = ImplicitSurface::new(law.system::<D>().map_err(refused)?, size);
     let codimension = Equations::<D>::count(surface.equations());
     if codimension >= D {
         return Err(Failure::Surface {

@@ -2,98 +2,19 @@
 
 mod directions;
 mod field;
+mod source;
 
-use std::fmt;
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::PathBuf;
 
-use clap::ValueEnum;
+use taut::End;
 use taut_core::correction;
 use taut_core::guess::particles::Spread;
-use taut_core::surface::shapes::Shape;
-use taut_formula::Formula;
-use taut_io::ReadOptions;
 
 use crate::exit::Failure;
-use crate::flags::{
-    CheckFlags, CorrectionFlags, FitFlags, MatrixFlags, PathFlags, PointFlags, SampleFlags,
-    SourceFlags, SurfaceFlags,
-};
-use crate::models;
+use crate::flags::{CheckFlags, CorrectionFlags, FitFlags, MatrixFlags, PathFlags, SampleFlags};
 pub use directions::{Aim, ExpSettings, LogSettings};
-pub use field::{CostSettings, FieldSettings, IsolineSettings, Rates, slope};
-
-/// Where the surface comes from.
-pub enum Source {
-    Cloud(CloudSettings),
-    /// The file of a fitted model.
-    Model(PathBuf),
-    Equations(EquationSettings),
-}
-
-impl Source {
-    /// Coordinates of a point, where they are known before anything is read.
-    pub fn dimension(&self) -> Option<usize> {
-        match self {
-            Self::Equations(settings) => Some(settings.dimension),
-            Self::Cloud(_) | Self::Model(_) => None,
-        }
-    }
-
-    /// The file that holds the surface's own points.
-    pub fn points(&self) -> Option<&Path> {
-        match self {
-            Self::Cloud(cloud) => Some(&cloud.file),
-            Self::Model(_) | Self::Equations(_) => None,
-        }
-    }
-}
-
-/// A point cloud in a file.
-pub struct CloudSettings {
-    pub file: PathBuf,
-    pub options: ReadOptions,
-    pub model: Model,
-}
-
-/// What surface to put through points.
-#[derive(Clone, Default)]
-pub struct Model {
-    /// Intrinsic dimension.
-    pub dimension: Option<usize>,
-    /// Intervals of a grid of cells: none, one for all axes, or one for each.
-    pub cells: Vec<f64>,
-    pub reconstruction: Reconstruction,
-}
-
-/// How a surface is made of points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Reconstruction {
-    /// Polynomial charts, blended
-    #[default]
-    Atlas,
-    /// The moving least squares planes of Yu, Zhang and Jiao, for comparison
-    Mls,
-}
-
-/// How a first guess is pulled taut.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Correction {
-    /// Newton's method on curved elements
-    #[default]
-    Newton,
-    /// The geodesic curvature flow of Yu, Zhang and Jiao on polylines, for comparison
-    Flow,
-}
-
-impl From<Correction> for correction::Scheme {
-    fn from(correction: Correction) -> Self {
-        match correction {
-            Correction::Newton => Self::Newton,
-            Correction::Flow => Self::Flow,
-        }
-    }
-}
+pub use field::{CostSettings, FieldSettings, IsolineSettings, Rates};
+pub use source::{CloudSettings, Model, Source, Sources};
 
 impl From<CorrectionFlags> for correction::Settings {
     fn from(flags: CorrectionFlags) -> Self {
@@ -104,196 +25,6 @@ impl From<CorrectionFlags> for correction::Settings {
             ..Self::default()
         }
     }
-}
-
-impl From<PointFlags> for ReadOptions {
-    fn from(flags: PointFlags) -> Self {
-        Self {
-            format: flags.format,
-            classes: flags.classes,
-            column: None,
-        }
-    }
-}
-
-/// A surface F(x) = 0.
-pub struct EquationSettings {
-    pub law: Law,
-    /// The dimension of the space that the law speaks of.
-    pub dimension: usize,
-    pub bounds: Option<Bounds>,
-}
-
-/// F, as the user wrote it.
-pub enum Law {
-    Texts(Vec<String>),
-    Shape(Shape),
-}
-
-impl fmt::Display for Law {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Texts(texts) => formatter.write_str(&texts.join("; ")),
-            Self::Shape(shape) => shape.fmt(formatter),
-        }
-    }
-}
-
-/// Lowest and highest coordinate on each axis.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bounds {
-    pub low: Vec<f64>,
-    pub high: Vec<f64>,
-}
-
-impl FromStr for Bounds {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (mut low, mut high) = (Vec::new(), Vec::new());
-        for range in text.split(',') {
-            let (from, to) = range
-                .split_once(':')
-                .ok_or_else(|| format!("found {range:?}, expected lo:hi for each axis"))?;
-            let (from, to) = (coordinate(from)?, coordinate(to)?);
-            if from >= to {
-                return Err(format!("found {range:?}, expected lo below hi"));
-            }
-            low.push(from);
-            high.push(to);
-        }
-        Ok(Self { low, high })
-    }
-}
-
-impl Bounds {
-    /// Distance between the two corners.
-    pub fn diagonal(&self) -> f64 {
-        let sides = self.low.iter().zip(&self.high);
-        sides
-            .map(|(low, high)| (high - low).powi(2))
-            .sum::<f64>()
-            .sqrt()
-    }
-
-    /// Whether a point lies inside.
-    pub fn holds(&self, point: &[f64]) -> bool {
-        let ranges = self.low.iter().zip(&self.high);
-        ranges
-            .zip(point)
-            .all(|((low, high), value)| low <= value && value <= high)
-    }
-
-    /// One range serves all axes; otherwise there must be one each.
-    fn for_dimension(self, dimension: usize) -> Result<Self, Failure> {
-        match self.low.len() {
-            1 => Ok(Self {
-                low: vec![self.low[0]; dimension],
-                high: vec![self.high[0]; dimension],
-            }),
-            found if found == dimension => Ok(self),
-            found => Err(Failure::Usage(format!(
-                "--bounds: found {found} ranges, expected 1, or {dimension}, one for each variable"
-            ))),
-        }
-    }
-}
-
-/// A start or end point as the user names it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum End {
-    /// A row of the point file, the first is 0.
-    Row(usize),
-    /// Coordinates.
-    Point(Vec<f64>),
-}
-
-impl FromStr for End {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if !text.contains(',') {
-            return text.trim().parse().map(Self::Row).map_err(|_| {
-                format!(
-                    "found {text:?}, expected a row of the file (the first is 0) or coordinates with commas between them"
-                )
-            });
-        }
-        text.split(',')
-            .map(coordinate)
-            .collect::<Result<_, _>>()
-            .map(Self::Point)
-    }
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Row(row) => write!(formatter, "{row}"),
-            Self::Point(point) => {
-                let point: Vec<String> = point.iter().map(f64::to_string).collect();
-                formatter.write_str(&point.join(","))
-            }
-        }
-    }
-}
-
-/// Reads a finite number.
-pub fn coordinate(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("found {text:?}, expected a finite number")),
-    }
-}
-
-/// Reads a length above 0.
-pub fn positive(text: &str) -> Result<f64, String> {
-    coordinate(text).and_then(|value| {
-        let found = format!("found {text:?}, expected a length above 0");
-        (value > 0.0).then_some(value).ok_or(found)
-    })
-}
-
-/// Reads a relative tolerance.
-pub fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
-        Ok(value) if value <= 0.0 => Err(format!(
-            "found {text:?}, expected a positive tolerance, such as 1e-6"
-        )),
-        _ => Err(format!(
-            "found {text:?}, expected a relative error between 0 and 1, such as 1e-6"
-        )),
-    }
-}
-
-/// Reads a code of LAS classes.
-pub fn class(text: &str) -> Result<u8, String> {
-    text.trim().parse().map_err(|_| {
-        format!(
-            "found {text:?}, expected the number of a class, 0 to 255, such as 2, which is ground"
-        )
-    })
-}
-
-/// Reads a whole number.
-pub fn whole(text: &str) -> Result<usize, String> {
-    let wrong = |_| format!("found {text:?}, expected a whole number: 0, 1, 2, ..");
-    text.trim().parse().map_err(wrong)
-}
-
-/// Reads a whole number above 0.
-pub fn count(text: &str) -> Result<usize, String> {
-    match whole(text) {
-        Ok(value) if value > 0 => Ok(value),
-        _ => Err(format!("found {text:?}, expected a whole number: 1, 2, ..")),
-    }
-}
-
-/// Reads what random numbers begin with.
-pub fn seed(text: &str) -> Result<u64, String> {
-    let wrong = |_| format!("found {text:?}, expected a whole number: 0, 1, 2, ..");
-    text.trim().parse().map_err(wrong)
 }
 
 /// Which pairs of ends.
@@ -366,12 +97,12 @@ impl TryFrom<FitFlags> for FitCommandSettings {
         if flags
             .output
             .extension()
-            .is_none_or(|found| found != models::EXTENSION)
+            .is_none_or(|found| found != source::MODEL_EXTENSION)
         {
             return Err(Failure::Usage(format!(
                 "--output: found {}, expected the extension .{}, which marks a model; rename it",
                 flags.output.display(),
-                models::EXTENSION
+                source::MODEL_EXTENSION
             )));
         }
         Ok(Self {
@@ -405,25 +136,6 @@ pub struct SampleSettings {
     pub picture: Option<PathBuf>,
 }
 
-/// Points that particles or distances start from.
-pub enum Sources {
-    /// Nowhere in particular.
-    Any,
-    Ends(Vec<End>),
-    /// A file of points.
-    File(PathBuf),
-}
-
-impl Sources {
-    fn new(ends: Vec<End>, file: Option<PathBuf>) -> Self {
-        match file {
-            Some(file) => Self::File(file),
-            None if ends.is_empty() => Self::Any,
-            None => Self::Ends(ends),
-        }
-    }
-}
-
 impl TryFrom<SampleFlags> for SampleSettings {
     type Error = Failure;
 
@@ -442,86 +154,6 @@ impl TryFrom<SampleFlags> for SampleSettings {
             json: flags.json,
             output: flags.output,
             picture: flags.picture,
-        })
-    }
-}
-
-impl TryFrom<SurfaceFlags> for Source {
-    type Error = Failure;
-
-    fn try_from(flags: SurfaceFlags) -> Result<Self, Failure> {
-        if let Some(file) = flags.source.file.clone() {
-            if file
-                .extension()
-                .is_some_and(|found| found == models::EXTENSION)
-            {
-                return of_model(file, &flags);
-            }
-            return Ok(Self::Cloud(CloudSettings {
-                file,
-                model: Model {
-                    cells: flags.cells,
-                    dimension: flags.points.dimension,
-                    reconstruction: flags.surface,
-                },
-                options: flags.points.into(),
-            }));
-        }
-        let SourceFlags {
-            implicit, shape, ..
-        } = flags.source;
-        EquationSettings::new(shape, implicit, flags.bounds).map(Self::Equations)
-    }
-}
-
-/// A model says itself all that could be said of points.
-fn of_model(file: PathBuf, flags: &SurfaceFlags) -> Result<Source, Failure> {
-    let SurfaceFlags {
-        points:
-            PointFlags {
-                classes,
-                format,
-                dimension,
-            },
-        cells,
-        surface,
-        ..
-    } = flags;
-    let unasked = classes.is_empty()
-        && format.is_none()
-        && dimension.is_none()
-        && cells.is_empty()
-        && *surface == Reconstruction::default();
-    if unasked {
-        return Ok(Source::Model(file));
-    }
-    Err(Failure::Usage(format!(
-        "{}: a fitted model takes none of --class, --format, --dimension, --cell and --surface; leave them out, or give them to taut fit",
-        file.display()
-    )))
-}
-
-impl EquationSettings {
-    /// Of a shape, or else of equations.
-    fn new(
-        shape: Option<Shape>,
-        texts: Vec<String>,
-        bounds: Option<Bounds>,
-    ) -> Result<Self, Failure> {
-        if let Some(shape) = shape {
-            return Ok(Self {
-                dimension: shape.dimension(),
-                bounds: None,
-                law: Law::Shape(shape),
-            });
-        }
-        let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
-        let dimension = Formula::parse(&borrowed, None)?.dimension();
-        let bounds = bounds.map(|bounds| bounds.for_dimension(dimension));
-        Ok(Self {
-            dimension,
-            bounds: bounds.transpose()?,
-            law: Law::Texts(texts),
         })
     }
 }
@@ -603,31 +235,5 @@ impl TryFrom<CheckFlags> for CheckSettings {
             source: flags.surface.try_into()?,
             json: flags.json,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ends_are_rows_or_coordinates() {
-        assert_eq!("12".parse(), Ok(End::Row(12)));
-        assert_eq!("-1, 2e-3,0".parse(), Ok(End::Point(vec![-1.0, 2e-3, 0.0])));
-        for wrong in ["", "-1", "1.5", "1,,2", "1,nan", "1,inf", "one"] {
-            assert!(wrong.parse::<End>().is_err(), "{wrong:?}");
-        }
-    }
-
-    #[test]
-    fn bounds_are_one_range_or_one_each() {
-        let bounds: Bounds = "-2:2".parse().expect("one range");
-        let wide = bounds.for_dimension(3).expect("fits");
-        assert_eq!((wide.low, wide.high), (vec![-2.0; 3], vec![2.0; 3]));
-        let bounds: Bounds = "-2:2,0:1.5".parse().expect("two ranges");
-        assert!(matches!(bounds.for_dimension(3), Err(Failure::Usage(_))));
-        for wrong in ["", "1", "2:1", "1:1", "a:b", "0:inf"] {
-            assert!(wrong.parse::<Bounds>().is_err(), "{wrong:?}");
-        }
     }
 }

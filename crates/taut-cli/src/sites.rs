@@ -3,11 +3,12 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
+use taut::End;
 use taut_io::{read_numbers, read_sources};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::settings::{End, Sources};
+use crate::settings::Sources;
 
 /// A point of a surface that a value may belong to.
 #[derive(Clone)]

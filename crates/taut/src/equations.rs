@@ -1,6 +1,7 @@
 //! Surfaces F(x) = 0: written equations and named shapes, and where to look for them.
 
 use std::fmt;
+use std::str::FromStr;
 
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::sampling::Sampled;
@@ -11,6 +12,7 @@ use taut_core::{Matrix, Vector};
 use taut_formula::Formula;
 
 use crate::Error;
+use crate::end::coordinate;
 use crate::size::padded;
 
 /// F, as the user wrote it.
@@ -38,6 +40,27 @@ pub struct Bounds {
     pub low: Vec<f64>,
     /// The highest coordinates.
     pub high: Vec<f64>,
+}
+
+impl FromStr for Bounds {
+    type Err = String;
+
+    /// Reads ranges such as `-2:2`, with commas between them.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mut low, mut high) = (Vec::new(), Vec::new());
+        for range in text.split(',') {
+            let (from, to) = range
+                .split_once(':')
+                .ok_or_else(|| format!("found {range:?}, expected lo:hi for each axis"))?;
+            let (from, to) = (coordinate(from)?, coordinate(to)?);
+            if from >= to {
+                return Err(format!("found {range:?}, expected lo below hi"));
+            }
+            low.push(from);
+            high.push(to);
+        }
+        Ok(Self { low, high })
+    }
 }
 
 impl Bounds {
@@ -261,4 +284,18 @@ pub fn spread<const D: usize>(term: usize) -> Vector<D> {
         let step = ratio.powi(-(i as i32 + 1));
         2.0 * (0.5 + step * (term as f64 + 1.0)).fract() - 1.0
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_ranges() {
+        let bounds: Bounds = "-2:2,0:1.5".parse().expect("two ranges");
+        assert_eq!((bounds.low, bounds.high), (vec![-2.0, 0.0], vec![2.0, 1.5]));
+        for wrong in ["", "1", "2:1", "1:1", "a:b", "0:inf"] {
+            assert!(wrong.parse::<Bounds>().is_err(), "{wrong:?}");
+        }
+    }
 }

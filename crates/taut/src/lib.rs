@@ -65,6 +65,8 @@ pub mod size;
 
 pub use crate::answers::{Check, Distances, Logarithms, Matrix, Path, Shot};
 pub use crate::end::End;
+#[doc(hidden)]
+pub use crate::end::coordinate;
 pub use crate::error::Error;
 pub use crate::options::{CloudOptions, FieldOptions, PathOptions};
 pub use crate::ready::Progress;

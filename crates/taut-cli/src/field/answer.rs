@@ -1,11 +1,25 @@
 //! Distances at points, their dimension forgotten.
 
 use serde::Serialize;
+use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::field::{Value, least};
 
-use crate::answer::coordinates;
 use crate::field::isolines::Line;
+use crate::picture::Levels;
+use crate::surface::FlatSamples;
+
+/// A field, its dimension forgotten, with what a picture shows of it.
+pub struct Found {
+    pub answer: Answer,
+    pub sources: usize,
+    /// How far each source, or vertex of the curve, was moved onto the surface.
+    pub sources_moved: Vec<f64>,
+    /// The file's rows that the points come from, where some were left out.
+    pub rows_kept: Option<Vec<usize>>,
+    pub drawn: Option<(FlatSamples, Levels)>,
+    pub isolines: Option<Vec<Line>>,
+}
 
 /// A field at points, in the coordinates and units of the input.
 pub struct Answer {
@@ -67,6 +81,11 @@ impl Answer {
         });
         self.gradient
             .extend(coordinates(&value.direction, self.dimension));
+    }
+
+    /// What a picture shows of it.
+    pub fn levels(&self) -> Levels {
+        Levels::new(self.distance.clone(), self.gradient.clone())
     }
 
     /// Forgets all but the `count` nearest points, of equally near ones the first.

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use taut::size::flat;
 use taut_core::error::Error;
 use taut_core::field::{Field, Fields, Isoline};
 use taut_core::guess::Guide;
 use taut_core::{Vector, parallel};
 use taut_io::{Polyline, write_polylines};
 
-use crate::answer::flat;
 use crate::exit::Failure;
 use crate::picture::Levels;
 use crate::settings::IsolineSettings;

@@ -5,10 +5,10 @@ use std::io::{self, Write};
 use taut_io::{Column, PointTable, write_table};
 
 use crate::exit::Failure;
-use crate::field::Found;
-use crate::field::answer::{Answer, Facts, IsolineFacts};
+use crate::field::answer::{Answer, Facts, Found, IsolineFacts};
 use crate::field::isolines;
-use crate::output::{exponential, line, significant, tell, write_columns};
+use crate::numbers::{exponential, significant};
+use crate::output::{line, tell, write_columns};
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::{FieldSettings, Source};

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use taut::{End, coordinate};
 
-use crate::flags::SurfaceFlags;
-use crate::settings::{End, coordinate, positive, tolerance};
+use crate::flags::surface::SurfaceFlags;
+use crate::values::{positive, tolerance};
 
 pub const LOG_EXAMPLES: &str = "\
 Examples:

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use taut_io::WriteError;
 
 use crate::exit::Failure;
-use crate::matrix::journal::refused;
 use crate::settings::{MatrixSettings, PathsSettings};
 
 /// A result and its unfinished part, files or folders.
@@ -128,6 +127,13 @@ pub fn clear(settings: &MatrixSettings) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+const REMEDY: &str = "give --restart to begin anew";
+
+/// The refusal of what stands where a run would go on.
+pub fn refused(path: &Path, reason: &str) -> Failure {
+    Failure::Usage(format!("{}: {reason}; {REMEDY}", path.display()))
 }
 
 /// What the system said of a file.

@@ -10,9 +10,10 @@ use taut_core::surface::Node;
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
+use crate::located::Located;
 use crate::matrix::plan::{Block, Plan};
 use crate::progress::Progress;
-use crate::surface::{Locate, Located};
+use crate::surface::Show;
 
 /// What is to be found.
 pub struct Work<'a> {
@@ -37,7 +38,7 @@ const MEMORY: usize = 512 << 20;
 const NODE: usize = 8;
 
 /// Finds the paths of all blocks that are left, and hands over each block when it is done.
-pub fn fill<const D: usize, S: Locate<D>>(
+pub fn fill<const D: usize, S: Show<D>>(
     located: &Located<D, S>,
     work: &Work<'_>,
     keep: Keep<'_>,
@@ -55,7 +56,7 @@ pub fn fill<const D: usize, S: Locate<D>>(
 
 /// Every pair. Rows go in strips, as many as memory holds distances for; each strip meets all columns, so that
 /// a column's distances are found once a strip.
-fn all<const D: usize, S: Locate<D>>(
+fn all<const D: usize, S: Show<D>>(
     located: &Located<D, S>,
     [rows, columns]: [&[Node<D, S::Place>]; 2],
     work: &Work<'_>,
@@ -135,7 +136,7 @@ impl<const D: usize, P: Copy + Send + Sync> Origins<D, P> {
 }
 
 /// The pairs within a radius, and those whose length is unknown.
-fn near<const D: usize, S: Locate<D>>(
+fn near<const D: usize, S: Show<D>>(
     located: &Located<D, S>,
     [rows, columns]: [&[Node<D, S::Place>]; 2],
     radius: f64,

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher};
 use std::path::Path;
 
+use taut::equations::Implicit;
 use taut_io::ReadError;
 
 use crate::exit::Failure;
-use crate::settings::{CloudSettings, EquationSettings, MatrixSettings, Source};
+use crate::settings::{CloudSettings, MatrixSettings, Source};
 
 /// Values by the flags that they were given with.
 pub type Identity = BTreeMap<String, String>;
@@ -34,7 +35,7 @@ pub fn of(settings: &MatrixSettings) -> Result<Identity, Failure> {
         Source::Model(file) => {
             add("SURFACE", contents(file)?);
         }
-        Source::Equations(EquationSettings { law, bounds, .. }) => {
+        Source::Equations(Implicit { law, bounds, .. }) => {
             add("SURFACE", law.to_string());
             add("--bounds", format!("{bounds:?}"));
         }

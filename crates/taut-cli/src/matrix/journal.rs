@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use taut_io::Unfinished;
 
 use crate::exit::Failure;
-use crate::matrix::files::failed;
+use crate::matrix::files::{failed, refused};
 use crate::matrix::identity::Identity;
 use crate::matrix::tally::Tally;
 
@@ -75,7 +75,6 @@ pub struct Journal {
 
 const FORMAT: &str = "taut matrix journal";
 const VERSION: u32 = 2;
-const REMEDY: &str = "give --restart to begin anew";
 
 impl Journal {
     /// Opens the journal of a run that was cut off, or begins one.
@@ -269,9 +268,4 @@ fn process(path: &Path) -> Option<u32> {
         _ => None,
     };
     lines.filter_map(process).next_back()
-}
-
-/// The refusal of what stands where a run would go on.
-pub fn refused(path: &Path, reason: &str) -> Failure {
-    Failure::Usage(format!("{}: {reason}; {REMEDY}", path.display()))
 }

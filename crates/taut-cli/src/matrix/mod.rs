@@ -13,15 +13,17 @@ mod tally;
 use std::io::Write;
 
 use serde::Serialize;
+use taut::End;
 use taut_io::Unfinished;
 
 use crate::exit::{Exit, Failure};
-use crate::output::{exponential, line, tell};
+use crate::numbers::exponential;
+use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::progress::Progress;
-use crate::settings::{End, MatrixSettings, Source};
+use crate::ready;
+use crate::settings::{MatrixSettings, Source};
 use crate::sites::ends_of_file;
-use crate::surface;
 use fill::Work;
 use journal::{Done, Journal};
 use plan::{Block, Plan};
@@ -127,7 +129,7 @@ fn fill(
     let is_done = go_on(settings, plan, &blocks, &mut journal, progress)?;
     blocks.retain(|block| !is_done[block.index]);
     if !blocks.is_empty() {
-        let prepared = surface::prepare(&settings.source, ends, progress)?;
+        let prepared = ready::prepare(&settings.source, ends, progress)?;
         prepared.check_ends()?;
         if !journal.done.is_empty() {
             let found = count - blocks.len();
@@ -173,7 +175,7 @@ fn go_on(
                     "found block {} done twice, or outside the matrix",
                     done.block
                 );
-                return Err(journal::refused(&path, &reason));
+                return Err(files::refused(&path, &reason));
             }
         }
     }

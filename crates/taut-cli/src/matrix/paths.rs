@@ -9,9 +9,8 @@ use std::path::{Path, PathBuf};
 use taut_io::{Polyline, write_polylines, write_whole};
 
 use crate::exit::Failure;
-use crate::matrix::files::failed;
+use crate::matrix::files::{failed, refused};
 use crate::matrix::fill::Entry;
-use crate::matrix::journal::refused;
 use crate::matrix::plan::Block;
 
 /// A folder that paths are written to.

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use taut_io::{SparseRows, write_sparse};
 
 use crate::exit::Failure;
-use crate::matrix::files::{Output, failed};
+use crate::matrix::files::{Output, failed, refused};
 use crate::matrix::fill::Entry;
-use crate::matrix::journal::{Done, refused};
+use crate::matrix::journal::Done;
 use crate::matrix::plan::Plan;
 use crate::matrix::tally;
 

@@ -8,9 +8,9 @@ use taut_io::MatrixFile;
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
-use crate::matrix::files::{Output, failed};
+use crate::matrix::files::{Output, failed, refused};
 use crate::matrix::fill::Entry;
-use crate::matrix::journal::{Done, Sums, refused};
+use crate::matrix::journal::{Done, Sums};
 use crate::matrix::paths::PathFiles;
 use crate::matrix::plan::{Block, Plan};
 use crate::matrix::sparse::{self, Triplets};

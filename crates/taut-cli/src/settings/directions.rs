@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use taut::End;
 use taut_core::field;
 
 use crate::exit::Failure;
 use crate::flags::{ExpFlags, LogFlags};
-use crate::settings::{End, Source, Sources};
+use crate::settings::source::{Source, Sources};
 
 /// What `taut log` was asked to do.
 pub struct LogSettings {

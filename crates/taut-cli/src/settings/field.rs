@@ -6,7 +6,7 @@ use taut_core::field;
 
 use crate::exit::Failure;
 use crate::flags::FieldFlags;
-use crate::settings::{Source, Sources, coordinate};
+use crate::settings::source::{Source, Sources};
 
 /// What `taut field` was asked to do.
 pub struct FieldSettings {
@@ -53,20 +53,6 @@ pub struct CostSettings {
     /// Files of polygons that nothing passes, seen from above.
     pub no_go: Vec<PathBuf>,
     pub slope: field::Slope,
-}
-
-/// Reads by how much slopes multiply the cost.
-pub fn slope(text: &str) -> Result<field::Slope, String> {
-    if text == "hiking" {
-        return Ok(field::Slope::Hiking);
-    }
-    let wrong = || format!("found {text:?}, expected hiking, or UP,DOWN such as 4,1");
-    let (up, down) = text.split_once(',').ok_or_else(wrong)?;
-    let [up, down] = [coordinate(up)?, coordinate(down)?];
-    if up < 0.0 || down < 0.0 {
-        return Err(wrong());
-    }
-    Ok(field::Slope::Factors { up, down })
 }
 
 impl TryFrom<FieldFlags> for FieldSettings {
