@@ -26,7 +26,9 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     if let Some(pool) = pools.get(&key) {
         return Ok(Arc::clone(pool));
     }
-    let built = ThreadPoolBuilder::new().num_threads(threads).build();
+    // Without a handler a panic would end the process; with it the caller hears that no answer comes.
+    let builder = ThreadPoolBuilder::new().panic_handler(|_| ());
+    let built = builder.num_threads(threads).build();
     let built = built.map_err(|error| {
         PyRuntimeError::new_err(format!("{threads} threads cannot be started: {error}"))
     })?;
