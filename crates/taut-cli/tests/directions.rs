@@ -272,6 +272,41 @@ fn what_leads_nowhere_is_refused() {
     assert!(told[1]["reason"].is_string() && told[2]["reason"].is_string());
 }
 
+/// What the refusal of a model says must help.
+#[test]
+fn models_have_logarithms_once_their_charts_are_small() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cloud = folder.path().join("sphere.xyz");
+    let model = folder.path().join("sphere.taut");
+    let at = folder.path().join("at.xyz");
+    write_points(&cloud, &sphere(5000, HERE, 35));
+    let mut points = sphere(200, HERE, 36);
+    points.retain(|p| (0.3..2.6).contains(&angle(POLE, *p)));
+    write_points(&at, &points);
+    let found = |accuracy: &[&str]| {
+        let fit = ["fit", name(&cloud), "-o", name(&model)];
+        let fitted = taut(&[&fit[..], accuracy].concat());
+        assert_eq!(code(&fitted), 0, "{}", text(&fitted.stderr));
+        taut(&["log", name(&model), "--source", "0,0,1", "--at", name(&at)])
+    };
+    let refused = found(&[]);
+    assert_eq!(code(&refused), 3);
+    let told = text(&refused.stderr);
+    assert!(
+        told.contains("fit again with a smaller --accuracy"),
+        "{told}"
+    );
+    let output = found(&["--accuracy", "1e-7"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let logs = rows(text(&output.stdout), '\t');
+    assert_eq!(logs.len(), points.len());
+    for (log, point) in logs.iter().zip(&points) {
+        let truth = ways(point)[0].map(|v| v * angle(POLE, *point));
+        let missed = apart(&log[..3], &truth);
+        assert!(missed < 1e-3, "{point:?}: {missed:e}");
+    }
+}
+
 #[test]
 fn directions_need_smooth_surfaces_of_two_dimensions() {
     let folder = tempfile::tempdir().expect("a folder");
