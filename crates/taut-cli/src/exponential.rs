@@ -5,7 +5,6 @@ use std::io::{self, Write};
 use serde::Serialize;
 use taut::size::{coordinates, flat, padded};
 use taut_core::field::{Fields, Shot};
-use taut_core::surface::Geometry;
 use taut_core::{Vector, parallel};
 use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
@@ -96,14 +95,12 @@ impl Question for Geodesics<'_> {
         progress.step("geodesics");
         let fields = Fields::new(ready.geodesics);
         let intrinsic = surface.intrinsic_dimension();
-        let mut geometry = Geometry::new(D - intrinsic);
-        let known = surface.geometry(&node.point, node.place, &mut geometry);
         let shoot = |vector: &[f64]| {
-            let mut vector: Vector<D> = padded(vector);
-            if let (true, Some(length)) = (known, settings.length) {
-                vector *= length / geometry.project(&vector).norm();
-            }
-            let shot = fields.exponential(&node, &vector, &settings.field);
+            let vector: Vector<D> = padded(vector);
+            let shot = match settings.length {
+                Some(length) => fields.exponential_to(&node, &vector, length, &settings.field),
+                None => fields.exponential(&node, &vector, &settings.field),
+            };
             shot.map(|shot| Answer::new(&shot, &centre, ready.dimension, intrinsic))
                 .map_err(|error| error.to_string())
         };

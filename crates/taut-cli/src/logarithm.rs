@@ -17,6 +17,12 @@ use crate::ready::{self, Question, Ready};
 use crate::settings::{LogSettings, Source};
 use crate::surface::Show;
 
+/// Why a cloud has no logarithms. A fit does not help: its charts are no smaller than the cloud's
+/// own.
+const ROUGH: &str = "found a rough surface, expected a smooth one, as logarithms need: more points, or points with less noise; taut field finds the distances alone";
+/// Why a model has none.
+const LARGE_CHARTS: &str = "found charts that are too large or too rough, expected small and smooth ones, as logarithms need: fit again with a smaller --accuracy, and to more points or points with less noise where that is not enough; taut field finds the distances alone";
+
 /// Finds the vectors and writes what was asked for.
 pub fn run(settings: &LogSettings, progress: &Progress) -> Result<Exit, Failure> {
     // A vector, two tangents carried, an error, a source and how far the point was moved.
@@ -97,12 +103,12 @@ impl Question for Vectors<'_> {
                 ),
             ));
         }
-        let refused = |error| match error {
-            taut_core::error::Error::NoDirections => unfit(
-                ready.name,
-                "found a rough surface, expected a smooth one, as logarithms need; taut field finds the distances alone, and taut fit puts a smooth surface through the points",
-            ),
-            error => ready.refused(error),
+        let refused = |error| match (error, &settings.source) {
+            (taut_core::error::Error::NoDirections, Source::Model(_)) => {
+                unfit(ready.name, LARGE_CHARTS)
+            }
+            (taut_core::error::Error::NoDirections, _) => unfit(ready.name, ROUGH),
+            (error, _) => ready.refused(error),
         };
         let (sources, sources_moved) = ready.sources(&settings.sources, &[], progress)?;
         let places = settings.at.as_ref();

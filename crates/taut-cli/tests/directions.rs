@@ -137,6 +137,8 @@ fn what_is_shot_along_a_logarithm_comes_to_the_point() {
         let missed = apart(&end[..3], &points[*i]);
         assert!(missed < 1e-3, "{missed:e}");
         assert!((end[3] - angle(points[7], points[*i])).abs() < 1e-3);
+        let log = &logs[*i][..3];
+        assert!((end[3] - dot(log, log).sqrt()).abs() < 1e-12);
         covered += usize::from(missed <= logs[*i][3] + end[4]);
     }
     assert!(
@@ -186,6 +188,32 @@ fn geodesics_go_where_great_circles_do() {
     assert!(std::fs::metadata(&picture).expect("drawn").len() > 10_000);
     let own = [&asked[..], &["--direction", "3,4,7", "--json"]].concat();
     assert!((number(&object(&taut(&own), 0), "length") - 5.0).abs() < 1e-9);
+}
+
+/// A direction that leans far out of the surface, where tangent planes that differ by a little
+/// give it other lengths.
+#[test]
+fn geodesics_are_as_long_as_asked_whatever_their_direction() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sphere.xyz");
+    let points = sphere(1000, HERE, 34);
+    write_points(&file, &points);
+    for source in 0..5 {
+        let start = points[source];
+        let aside = [-start[1], start[0], 0.0];
+        let leaning: Vec<f64> = (0..3).map(|i| 30.0 * start[i] + aside[i]).collect();
+        let direction = format!("{},{},{}", leaning[0], leaning[1], leaning[2]);
+        let row = source.to_string();
+        let shot = ["exp", name(&file), "--source", &row, "--direction"];
+        for length in [0.1, 0.5, 2.0] {
+            let asked = [&direction, "--length", &length.to_string(), "--json"];
+            let told = object(&taut(&[&shot[..], &asked].concat()), 0);
+            assert_eq!(number(&told, "length"), length, "row {source}");
+            let end = array(&told["end"]);
+            let reached = angle(start, [end[0], end[1], end[2]]);
+            assert!((reached - length).abs() < 2e-5, "{source}: {reached}");
+        }
+    }
 }
 
 #[test]
@@ -242,6 +270,41 @@ fn what_leads_nowhere_is_refused() {
     assert_eq!(told.len(), 3);
     assert!((number(&told[0], "length") - 1.0).abs() < 1e-9);
     assert!(told[1]["reason"].is_string() && told[2]["reason"].is_string());
+}
+
+/// What the refusal of a model says must help.
+#[test]
+fn models_have_logarithms_once_their_charts_are_small() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cloud = folder.path().join("sphere.xyz");
+    let model = folder.path().join("sphere.taut");
+    let at = folder.path().join("at.xyz");
+    write_points(&cloud, &sphere(5000, HERE, 35));
+    let mut points = sphere(200, HERE, 36);
+    points.retain(|p| (0.3..2.6).contains(&angle(POLE, *p)));
+    write_points(&at, &points);
+    let found = |accuracy: &[&str]| {
+        let fit = ["fit", name(&cloud), "-o", name(&model)];
+        let fitted = taut(&[&fit[..], accuracy].concat());
+        assert_eq!(code(&fitted), 0, "{}", text(&fitted.stderr));
+        taut(&["log", name(&model), "--source", "0,0,1", "--at", name(&at)])
+    };
+    let refused = found(&[]);
+    assert_eq!(code(&refused), 3);
+    let told = text(&refused.stderr);
+    assert!(
+        told.contains("fit again with a smaller --accuracy"),
+        "{told}"
+    );
+    let output = found(&["--accuracy", "1e-7"]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let logs = rows(text(&output.stdout), '\t');
+    assert_eq!(logs.len(), points.len());
+    for (log, point) in logs.iter().zip(&points) {
+        let truth = ways(point)[0].map(|v| v * angle(POLE, *point));
+        let missed = apart(&log[..3], &truth);
+        assert!(missed < 1e-3, "{point:?}: {missed:e}");
+    }
 }
 
 #[test]

@@ -339,6 +339,42 @@ fn costs_may_stand_beside_the_points() {
     );
 }
 
+/// Points of the plane with a number beside them that no one asks for.
+#[test]
+fn numbers_beside_points_of_the_plane_are_no_coordinates() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Heights on a sphere are spread evenly.
+    let [across, up] = [26, 27].map(|seed| sphere(1000, HERE, seed));
+    let points = across.iter().zip(&up).map(|(a, b)| [a[2], b[2]]);
+    let points: Vec<[f64; 2]> = points.collect();
+    let line = |p: &[f64; 2]| format!("{},{},{}\n", p[0], p[1], 7.0 * p[0] * p[1]);
+    let body: String = points.iter().map(line).collect();
+    for names in ["x,y", "x1,x2"] {
+        let file = folder.path().join("plane.csv");
+        std::fs::write(&file, format!("{names},cost\n{body}")).expect("written");
+        let output = taut(&["field", name(&file), "--source", "0"]);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+        let told = text(&output.stderr);
+        assert!(
+            told.contains("columns ignored: cost; the coordinates are"),
+            "{told}"
+        );
+        let rows = text(&output.stdout).lines().skip(1);
+        let distances = rows.map(|row| row.split('\t').next().and_then(|v| v.parse::<f64>().ok()));
+        let distances: Vec<f64> = distances.map(|v| v.expect("a distance")).collect();
+        assert_eq!(distances.len(), points.len());
+        for (point, found) in points.iter().zip(&distances) {
+            let truth = (point[0] - points[0][0]).hypot(point[1] - points[0][1]);
+            assert!(
+                (found - truth).abs() < 1e-6,
+                "{point:?}: {found}, not {truth}"
+            );
+        }
+        let checked = object(&taut(&["check", name(&file), "--json"]), 0);
+        assert_eq!(number(&checked, "coordinates"), 2.0);
+    }
+}
+
 #[test]
 fn refusals_say_what_was_expected() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -48,6 +48,37 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         vector: &Vector<D>,
         settings: &Settings,
     ) -> Result<Shot<D>, Error> {
+        let (start, length) = self.departure(source, vector)?;
+        Ok(self.shot(start, length, settings))
+    }
+
+    /// The same as [`exponential`](Self::exponential), to a length in the input's units instead of
+    /// the vector's own.
+    ///
+    /// A caller that scales the vector itself would measure it on its own tangent space. That of a
+    /// cloud is known only to the error of its charts, which a vector with a large normal part
+    /// magnifies.
+    ///
+    /// # Errors
+    /// The same errors as [`exponential`](Self::exponential).
+    pub fn exponential_to(
+        &self,
+        source: &Node<D, S::Place>,
+        direction: &Vector<D>,
+        length: f64,
+        settings: &Settings,
+    ) -> Result<Shot<D>, Error> {
+        let (start, _) = self.departure(source, direction)?;
+        Ok(self.shot(start, length, settings))
+    }
+
+    /// The first knot of the geodesic along the tangential part of a vector, and the length of that
+    /// part.
+    fn departure(
+        &self,
+        source: &Node<D, S::Place>,
+        vector: &Vector<D>,
+    ) -> Result<(Knot<D, S::Place>, f64), Error> {
         if self.ground.net.is_some() {
             return Err(Error::NoDirections);
         }
@@ -68,24 +99,29 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let near = self
             .nearest_node(source)
             .ok_or_else(|| refused("no node of the surface is near"))?;
+        Ok((Knot::first(&frame, &direction, source.place, near), length))
+    }
+
+    /// The geodesic from its first knot to a length.
+    fn shot(&self, first: Knot<D, S::Place>, length: f64, settings: &Settings) -> Shot<D> {
+        let surface = self.geodesics.surface();
         // The geodesic is wanted as it is, also where it is no longer the shortest way.
         let limits = Limits {
             past_conjugate: true,
             ..self.unbounded(length, settings)
         };
-        let first = Knot::first(&frame, &direction, source.place, near);
         let tangents = first.frame.tangents;
         let knots = follow(surface, first, &limits, length);
         let last = knots.last();
         let height = last.map_or(0.0, |last| surface.height_error(last.place));
         let error = last.map_or(0.0, |last| last.heights.length_error());
-        Ok(Shot {
+        Shot {
             complete: last.is_some_and(|last| last.length >= length),
             error: limits.tolerance * length + error.hypot(height),
             transported: last.map_or(tangents, |last| last.frame.tangents),
             tangents,
             arc_length: knots.iter().map(|knot| knot.length).collect(),
             points: knots.iter().map(|knot| knot.frame.point).collect(),
-        })
+        }
     }
 }

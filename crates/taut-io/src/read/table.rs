@@ -1,9 +1,11 @@
 //! XYZ, TXT and CSV: rows of numbers.
 //!
-//! White space, commas or semicolons separate the fields (the first row decides), `#` and `//` start comments. The first
-//! row may name the columns: x, y, z (or x1 .. xd) are then the coordinates and nx, ny, nz (or n1 .. nd) the normals,
-//! other columns are ignored, be they numbers or not. Without such names every column is a coordinate, but for XYZ and
-//! TXT with six columns, whose last three are normals where they are unit vectors and are ignored where not.
+//! White space, commas or semicolons separate the fields (the first row decides), `#` and `//`
+//! start comments. The first row may name the columns: x, y, z or two of them (or x1 .. xd) are
+//! then the coordinates and nx, ny, nz (or n1 .. nd) the normals; other columns are ignored, be
+//! they numbers or not. A note names those ignored unless x, y and z are there. Without such names
+//! every column is a coordinate, but for XYZ and TXT with six columns, whose last three are normals
+//! where they are unit vectors and are ignored where not.
 
 use std::io::BufRead;
 
@@ -36,6 +38,8 @@ struct Layout {
     column: Option<usize>,
     /// The normals are a guess from the number of columns.
     guessed: bool,
+    /// The coordinates are named x, y and z.
+    has_space: bool,
 }
 
 pub(super) fn read(
@@ -83,6 +87,9 @@ pub(super) fn read(
     }
     let mut points = rows.points();
     layout.settle_guess(&mut points);
+    if is_header {
+        layout.note_ignored(&fields, &mut points);
+    }
     Ok(points)
 }
 
@@ -167,13 +174,17 @@ impl Layout {
                 .collect::<Vec<_>>()
         };
         let named = |names: [&str; 3]| names.into_iter().filter_map(find).collect::<Vec<_>>();
-        let (positions, normals) = match (named(["x", "y", "z"]), numbered("x")) {
-            (positions, _) if positions.len() == 3 => (positions, named(["nx", "ny", "nz"])),
-            (_, positions) if positions.len() >= 2 => (positions, numbered("n")),
-            _ => {
-                let others = (0..names.len()).filter(|i| Some(*i) != column);
-                (others.collect(), Vec::new())
-            }
+        let letters = named(["x", "y", "z"]);
+        let axes = numbered("x");
+        let has_space = letters.len() == 3;
+        let (positions, normals) = if has_space || axes.len() < 2 && letters.len() == 2 {
+            let normal = |axis: &usize| find(&format!("n{}", names[*axis]));
+            (letters.clone(), letters.iter().filter_map(normal).collect())
+        } else if axes.len() >= 2 {
+            (axes, numbered("n"))
+        } else {
+            let others = (0..names.len()).filter(|i| Some(*i) != column);
+            (others.collect(), Vec::new())
         };
         let mut roles = vec![Role::Ignored; names.len()];
         for (axis, column) in positions.iter().enumerate() {
@@ -191,6 +202,7 @@ impl Layout {
             has_normals,
             column,
             guessed: false,
+            has_space,
         }
     }
 
@@ -207,7 +219,26 @@ impl Layout {
             has_normals: guessed,
             column: None,
             guessed,
+            has_space: false,
         }
+    }
+
+    /// Names the columns that are left out, where they may have been meant for coordinates: not
+    /// where x, y and z are named, which are all of space.
+    fn note_ignored(&self, names: &[&str], points: &mut PointSet) {
+        let is_left_out = |i: &usize| self.roles[*i] == Role::Ignored && Some(*i) != self.column;
+        let left_out = (0..names.len()).filter(is_left_out);
+        let left_out: Vec<&str> = left_out.map(|i| names[i]).collect();
+        if self.has_space || left_out.is_empty() {
+            return;
+        }
+        let read = (0..names.len()).filter(|i| matches!(self.roles[*i], Role::Coordinate(_)));
+        let read: Vec<&str> = read.map(|i| names[i]).collect();
+        points.notes.push(format!(
+            "columns ignored: {}; the coordinates are {}, and names x, y, z (or x1, x2, ...) in the first line choose others",
+            left_out.join(", "),
+            read.join(", ")
+        ));
     }
 
     /// Keeps guessed normals only if they are unit vectors (or zero: unknown), and tells of what was guessed.
@@ -260,6 +291,43 @@ mod tests {
         assert_eq!(csv.coordinates, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let five = points("x1 x2 x3 x4 x5\n1 2 3 4 5\n", Style::Positions);
         assert_eq!(five.dimension, 5);
+    }
+
+    #[test]
+    fn columns_beside_named_coordinates_are_left_out_and_named() {
+        for (names, coordinates) in [
+            ("x,y,cost", "x, y"),
+            ("Y,cost,X", "Y, X"),
+            ("cost,x,z", "x, z"),
+            ("x1,x2,cost", "x1, x2"),
+            ("x1,x2,x4", "x1, x2"),
+        ] {
+            let csv = points(&format!("{names}\n1,2,3\n4,5,6\n"), Style::Columns);
+            assert_eq!(csv.dimension, 2, "{names}");
+            let [note] = &csv.notes[..] else {
+                panic!("{names}: {:?}", csv.notes)
+            };
+            let left_out = names.split(',').find(|name| !coordinates.contains(name));
+            let expected = format!("columns ignored: {};", left_out.unwrap());
+            assert!(note.starts_with(&expected), "{note}");
+            assert!(
+                note.contains(&format!("coordinates are {coordinates},")),
+                "{note}"
+            );
+        }
+        let asked = read(&b"x,y,cost\n1,2,3\n"[..], Style::Columns, Some("cost")).unwrap();
+        assert_eq!(asked.coordinates, [1.0, 2.0]);
+        assert_eq!((asked.column, asked.notes.len()), (Some(vec![3.0]), 0));
+        let swapped = points("y,x\n1,2\n", Style::Columns);
+        assert_eq!(
+            (swapped.coordinates, swapped.notes.len()),
+            (vec![2.0, 1.0], 0)
+        );
+        let flat = points("x,y,nx,ny\n1,2,0,1\n", Style::Columns);
+        assert_eq!(flat.coordinates, [1.0, 2.0]);
+        assert_eq!((flat.normals, flat.notes.len()), (Some(vec![0.0, 1.0]), 0));
+        let whole = points("x,y,z,cost\n1,2,3,4\n", Style::Columns);
+        assert_eq!((whole.dimension, whole.notes.len()), (3, 0));
     }
 
     #[test]
