@@ -118,7 +118,7 @@ fn doubt<const D: usize>(law: &Implicit, sampled: &Sampled<D, System>) -> Option
         }
         Extent::Part if Surface::intrinsic_dimension(sampled) > MOST_COVERED => None,
         Extent::Part => Some(
-            "the samples leave out parts of the surface, which has very fine detail or points without a tangent plane: where no way is found, it is unknown whether there is one"
+            "the samples leave out parts of the surface, which has very fine detail or points without a tangent plane: where no way is found, it is unknown whether there is one, and ways near those parts may be longer than the shortest by more than their errors say"
                 .to_owned(),
         ),
     }
