@@ -84,7 +84,8 @@ fn killed_or_stopped_at_any_moment_they_leave_nothing_behind() {
 #[test]
 fn a_matrix_that_is_stopped_keeps_what_is_done_or_nothing() {
     let case = Case::new();
-    let line = "matrix @sphere.xyz --sources @rows.txt -o @D.npy --errors @E.npy --paths @paths";
+    // One thread and a small tolerance make the run last long enough to be stopped in between.
+    let line = "matrix @sphere.xyz --sources @rows.txt -o @D.npy --errors @E.npy --paths @paths --threads 1 --tol 1e-11";
     // Before any block is done there is nothing to keep.
     let child = case.start(line);
     wait_for(|| case.file("D.npy.journal").exists());

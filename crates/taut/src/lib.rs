@@ -49,11 +49,15 @@
 //!
 //! What the engine itself offers beyond this door (costs, curves as sources, isolines, particles) is in [`taut_core`].
 
+#[cfg(feature = "surface")]
 mod answers;
 mod end;
 mod error;
+#[cfg(feature = "surface")]
 mod options;
+#[cfg(feature = "surface")]
 mod ready;
+#[cfg(feature = "surface")]
 mod surface;
 
 #[doc(hidden)]
@@ -63,18 +67,22 @@ pub mod kind;
 #[doc(hidden)]
 pub mod size;
 
+#[cfg(feature = "surface")]
 pub use crate::answers::{Check, Distances, Logarithms, Matrix, Path, Shot};
 pub use crate::end::End;
 #[doc(hidden)]
 pub use crate::end::coordinate;
 pub use crate::error::Error;
+#[cfg(feature = "surface")]
 pub use crate::options::{CloudOptions, FieldOptions, PathOptions};
+#[cfg(feature = "surface")]
 pub use crate::ready::Progress;
+#[cfg(feature = "surface")]
 pub use crate::surface::{Field, Surface};
 pub use taut_core::result::Status;
 pub use taut_core::surface::atlas::Model;
 
 /// The Rust of the README, compiled and run.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "surface"))]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
