@@ -231,14 +231,12 @@ impl Surface {
         max_distance: f64,
         threads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let sources = sources.named()?;
-        let to = to.map(|to| to.named()).transpose()?;
-        let surface = self.surface.clone();
-        let found = run(py, threads, move || {
-            let field = surface.field(&sources, &field_options(tol, max_distance))?;
-            to.map_or_else(|| field.at_rows(), |points| Ok(field.at(&points)))
+        let options = field_options(tol, max_distance);
+        let found = self.of_field(py, (sources, to), options, threads, |field, to| match to {
+            Some(points) => Ok(field.at(&points)),
+            None => field.at_rows(),
         })?;
-        distances_dict(py, found.map_err(|error| raise(py, &error))?)
+        distances_dict(py, found)
     }
 
     /// Logarithms at the nearest source, of all rows or of some points.
@@ -252,17 +250,11 @@ impl Surface {
         max_distance: f64,
         threads: usize,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let sources = sources.named()?;
-        let to = to.map(|to| to.named()).transpose()?;
-        let surface = self.surface.clone();
-        let found = run(py, threads, move || {
-            let field = surface.field(&sources, &field_options(tol, max_distance))?;
-            to.map_or_else(
-                || field.logarithms_at_rows(),
-                |points| field.logarithms_at(&points),
-            )
+        let options = field_options(tol, max_distance);
+        let found = self.of_field(py, (sources, to), options, threads, |field, to| match to {
+            Some(points) => field.logarithms_at(&points),
+            None => field.logarithms_at_rows(),
         })?;
-        let found = found.map_err(|error| raise(py, &error))?;
         logarithms_dict(py, found, self.surface.coordinates())
     }
 
@@ -306,6 +298,24 @@ impl Surface {
 }
 
 impl Surface {
+    /// Finds the field of the sources and asks it about the points `to`, or about all rows without them.
+    fn of_field<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        (sources, to): (Ends<'_>, Option<Ends<'_>>),
+        options: FieldOptions,
+        threads: usize,
+        ask: impl FnOnce(taut::Field, Option<Vec<End>>) -> Result<T, Error> + Send + 'static,
+    ) -> PyResult<T> {
+        let sources = sources.named()?;
+        let to = to.map(|to| to.named()).transpose()?;
+        let surface = self.surface.clone();
+        let found = run(py, threads, move || {
+            ask(surface.field(&sources, &options)?, to)
+        })?;
+        found.map_err(|error| raise(py, &error))
+    }
+
     fn made(py: Python<'_>, made: Result<taut::Surface, Error>) -> PyResult<Self> {
         match made {
             Ok(surface) => Ok(Self { surface }),

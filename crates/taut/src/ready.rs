@@ -92,10 +92,13 @@ impl<const D: usize, S: Kind<D>> Ready<D, S> {
         found.map_err(|error| refused(error.to_string()))
     }
 
-    fn fields(&self) -> Result<Fields<'_, D, S>, Error> {
+    fn ground(&self) -> Result<Arc<Ground<D, S::Place>>, Error> {
         let made = || S::fields(&self.geodesics, None).map(|fields| Arc::clone(fields.ground()));
-        let ground = self.ground.get_or_init(made).clone()?;
-        Ok(Fields::on(&self.geodesics, ground))
+        Ok(self.ground.get_or_init(made).clone()?)
+    }
+
+    fn fields(&self) -> Result<Fields<'_, D, S>, Error> {
+        Ok(Fields::on(&self.geodesics, self.ground()?))
     }
 
     /// A path in the coordinates of the input, whose ends were moved so far.
@@ -203,10 +206,13 @@ where
             Ok(Source { node, start })
         });
         let located: Vec<Source<D, S::Place>> = located.collect::<Result<_, Error>>()?;
-        let field = self.fields()?.from(&located[..], &options.settings())?;
+        let ground = self.ground()?;
+        let fields = Fields::on(&self.geodesics, Arc::clone(&ground));
+        let field = fields.from(&located[..], &options.settings())?;
         Ok(Arc::new(Found {
             sources: sources.len() as u32,
             field,
+            ground,
             ready: self,
         }))
     }
@@ -252,6 +258,8 @@ where
 /// A field on a surface that it keeps alive.
 struct Found<const D: usize, S: Kind<D>> {
     ready: Arc<Ready<D, S>>,
+    /// What the field was found on.
+    ground: Arc<Ground<D, S::Place>>,
     field: field::Field<D>,
     sources: u32,
 }
@@ -261,17 +269,14 @@ where
     S::Place: Send + Sync + 'static,
 {
     fn at_rows(&self) -> Result<Distances, Error> {
-        let fields = self.ready.fields()?;
+        let fields = self.fields();
         let surface = self.ready.geodesics.surface();
         let values = surface.at_rows(&fields, &self.field);
         Ok(distances(values.ok_or(Error::NoRows)?))
     }
 
     fn at(&self, points: &[End]) -> Distances {
-        // The field was found on the same ground.
-        let Ok(fields) = self.ready.fields() else {
-            return Distances::default();
-        };
+        let fields = self.fields();
         let at = |i: usize| {
             let (node, _) = self.ready.locate(&points[i]).ok()?;
             Some(fields.at(&self.field, &node))
@@ -280,7 +285,7 @@ where
     }
 
     fn logarithms_at_rows(&self) -> Result<Logarithms, Error> {
-        let fields = self.ready.fields()?;
+        let fields = self.fields();
         let surface = self.ready.geodesics.surface();
         let found = surface.logarithms_of_rows(&fields, &self.field)?;
         let found = found.ok_or(Error::NoRows)?;
@@ -288,7 +293,7 @@ where
     }
 
     fn logarithms_at(&self, points: &[End]) -> Result<Logarithms, Error> {
-        let fields = self.ready.fields()?;
+        let fields = self.fields();
         let at = |i: usize| match self.ready.locate(&points[i]) {
             Ok((node, _)) => fields.logarithm(&self.field, &node),
             Err(_) => Ok(None),
@@ -300,6 +305,10 @@ where
 }
 
 impl<const D: usize, S: Kind<D>> Found<D, S> {
+    fn fields(&self) -> Fields<'_, D, S> {
+        Fields::on(&self.ready.geodesics, Arc::clone(&self.ground))
+    }
+
     fn logarithms(
         &self,
         fields: &Fields<'_, D, S>,
