@@ -5,10 +5,10 @@ use crate::Vector;
 /// Ratio of distances from which on a row belongs no longer to the cloud: it lies this many times
 /// as far off as all that are nearer. Rounding so far out is 1e-9 of the extent of the other rows,
 /// coarser than any of their lengths is asked for.
-const FAR: f64 = 1e7;
+const FAR_RATIO: f64 = 1e7;
 /// The rows of the smallest coordinates, one in this many, tell where the cloud is: values that
 /// stand for missing data are larger than the data.
-const SMALLEST: usize = 10;
+const SMALLEST_ROWS: usize = 10;
 /// Least number of the nearer rows, or half of the rows where there are fewer.
 const FEW: usize = 8;
 
@@ -37,17 +37,17 @@ fn bound<const D: usize>(rows: &[(Vector<D>, u32)]) -> Option<f64> {
     if rows.len() < 3 {
         return None;
     }
-    let least = (rows.len() / SMALLEST).max(FEW.min(rows.len() / 2));
+    let least = (rows.len() / SMALLEST_ROWS).max(FEW.min(rows.len() / 2));
     let home = home(rows);
     let mut distances: Vec<f64> = rows.iter().map(|row| distance(&row.0, &home)).collect();
     let farthest = distances.iter().copied().fold(0.0, f64::max);
     let (_, nearer, _) = distances.select_nth_unstable_by(least - 1, f64::total_cmp);
     // If there is no gap as wide between that row and the farthest, there is none anywhere.
-    if farthest <= FAR * *nearer {
+    if farthest <= FAR_RATIO * *nearer {
         return None;
     }
     distances.sort_unstable_by(f64::total_cmp);
-    let beyond = |pair: &[f64]| pair[0] > 0.0 && pair[1] > FAR * pair[0];
+    let beyond = |pair: &[f64]| pair[0] > 0.0 && pair[1] > FAR_RATIO * pair[0];
     let gaps = distances.windows(2).enumerate().skip(least - 1);
     let mut gaps = gaps.filter(|(_, pair)| beyond(pair));
     gaps.next().map(|(_, pair)| pair[0])
@@ -56,7 +56,7 @@ fn bound<const D: usize>(rows: &[(Vector<D>, u32)]) -> Option<f64> {
 /// The median, coordinate by coordinate, of the rows of the smallest coordinates.
 fn home<const D: usize>(rows: &[(Vector<D>, u32)]) -> Vector<D> {
     let mut sizes: Vec<f64> = rows.iter().map(|row| row.0.amax()).collect();
-    let few = (rows.len() / SMALLEST).min(rows.len() - 1);
+    let few = (rows.len() / SMALLEST_ROWS).min(rows.len() - 1);
     let small = *sizes.select_nth_unstable_by(few, f64::total_cmp).1;
     let smallest = rows.iter().filter(|row| row.0.amax() <= small);
     let smallest: Vec<&Vector<D>> = smallest.map(|row| &row.0).collect();

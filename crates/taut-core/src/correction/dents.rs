@@ -5,9 +5,9 @@ use crate::correction::length;
 use crate::surface::{Geometry, Node, Surface};
 
 /// Distance between the places at which a path is looked at for rims, in chart radii.
-const LOOKED_AT: f64 = 0.125;
+const DENT_LOOK: f64 = 0.125;
 /// Most places between two nodes at which a path is looked at for rims.
-const MOST_LOOKS: f64 = 256.0;
+const MOST_DENT_LOOKS: f64 = 256.0;
 
 /// How much longer the way round the dents of rough rims that a path jumps may be than the path.
 pub(super) fn detour<const D: usize, S: Surface<D>>(
@@ -23,8 +23,8 @@ pub(super) fn detour<const D: usize, S: Surface<D>>(
     let whole = arc_length.last().copied().unwrap_or(0.0);
     for (pair, lengths) in nodes.windows(2).zip(arc_length.windows(2)) {
         let chord = pair[1].point - pair[0].point;
-        let step = LOOKED_AT * surface.resolution(pair[0].place);
-        let pieces = (chord.norm() / step).ceil().clamp(1.0, MOST_LOOKS);
+        let step = DENT_LOOK * surface.resolution(pair[0].place);
+        let pieces = (chord.norm() / step).ceil().clamp(1.0, MOST_DENT_LOOKS);
         let mut place = pair[0].place;
         for i in 0..pieces as usize {
             let share = i as f64 / pieces;

@@ -21,15 +21,15 @@
 use crate::Vector;
 use crate::correction::band::Band;
 use crate::correction::curve::{Curve, Measure};
-use crate::correction::newton::{Level, Solver};
+use crate::correction::newton::{Solved, Solver};
 use crate::correction::{Settings, Taut, finish, length};
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
 /// Most steps of a level.
-const MOST_STEPS: usize = 200;
+const MOST_FLOW_STEPS: usize = 200;
 /// Most levels, between which nodes are inserted.
-const MOST_LEVELS: usize = 64;
+const MOST_FLOW_LEVELS: usize = 64;
 /// Most times that a step is refused and repeated with a shorter time.
 const MOST_REFUSALS: usize = 30;
 /// Number of first steps of a level that also spread the nodes.
@@ -83,7 +83,7 @@ pub(crate) fn flow<const D: usize, S: Surface<D>>(
         return flow.finish(Status::Converged, 0.0);
     }
     let mut before = f64::INFINITY;
-    for _ in 0..MOST_LEVELS {
+    for _ in 0..MOST_FLOW_LEVELS {
         let left = match flow.level(settings.tolerance) {
             Outcome::Taut(left) => left,
             Outcome::Slow => return flow.finish(Status::NotTaut, f64::INFINITY),
@@ -189,7 +189,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
         let mut length: f64 = self.chords().iter().sum();
         let mut time = length * length;
         let mut last = f64::INFINITY;
-        for step in 0..MOST_STEPS {
+        for step in 0..MOST_FLOW_STEPS {
             if self.nodes.len() < 3 || self.surface.intrinsic_dimension() == 1 {
                 return Outcome::Taut(0.0);
             }
@@ -431,7 +431,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             .solver
             .solve(self.surface, &mut curve.clone(), f64::INFINITY, 1)
             .and_then(|level| level.index);
-        let level = Level {
+        let level = Solved {
             converged: status == Status::Converged,
             measure: Measure {
                 energy: 0.5 * chord_sum * chord_sum,

@@ -20,7 +20,7 @@ pub(crate) use straight::{Straight, shares};
 
 use crate::Vector;
 use crate::correction::curve::Curve;
-use crate::correction::newton::{Level, Solver};
+use crate::correction::newton::{Solved, Solver};
 use crate::correction::rough::Rough;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
@@ -67,7 +67,7 @@ impl Default for Settings {
 #[derive(Clone)]
 pub(crate) struct Taut<const D: usize, P> {
     pub curve: Curve<D, P>,
-    pub level: Level,
+    pub level: Solved,
     pub steps: usize,
 }
 
@@ -102,7 +102,7 @@ const ELEMENT_TURNING: f64 = 1.6;
 /// [`COARSE_TURNING`].
 const COARSE_ERROR: f64 = 0.01;
 /// Most Newton steps on a polyline.
-const MOST_STEPS: usize = 25;
+const MOST_POLYLINE_STEPS: usize = 25;
 /// Most Newton steps per level of the final path; a path that is not taut after them may need more
 /// nodes first.
 const LEVEL_STEPS: usize = 12;
@@ -114,7 +114,7 @@ const ROUGH_STEPS: usize = 6;
 /// Most escapes from saddles.
 const MOST_ESCAPES: usize = 4;
 /// Most levels of the final path, between which elements are halved.
-const MOST_LEVELS: usize = 10;
+const MOST_ELEMENT_LEVELS: usize = 10;
 
 /// Pulls a guess roughly taut on a polyline: enough to tell its length to a few parts in a
 /// thousand.
@@ -166,14 +166,14 @@ fn straighten_polyline<const D: usize, S: Surface<D>>(
     surface: &S,
     curve: &mut Curve<D, S::Place>,
     solver: &mut Solver<D, S::Place>,
-) -> Option<Level> {
-    let mut level = solver.solve(surface, curve, 1e-3, MOST_STEPS)?;
+) -> Option<Solved> {
+    let mut level = solver.solve(surface, curve, 1e-3, MOST_POLYLINE_STEPS)?;
     let mut steps = level.steps;
     for _ in 0..MOST_ESCAPES {
         if level.index == Some(0) || solver.escape(surface, curve).is_none() {
             break;
         }
-        level = solver.solve(surface, curve, 1e-3, MOST_STEPS)?;
+        level = solver.solve(surface, curve, 1e-3, MOST_POLYLINE_STEPS)?;
         steps += level.steps;
     }
     level.steps = steps;
@@ -216,7 +216,7 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let mut error = COARSE_ERROR;
     // A level pulls the path taut on its elements, leaves a saddle if it is on one, or halves
     // elements that err.
-    for _ in 0..MOST_LEVELS {
+    for _ in 0..MOST_ELEMENT_LEVELS {
         let roughly_taut = roughly_taut(surface, &taut, degree, &knots, solver);
         if let Some((_, more)) = roughly_taut {
             steps += more;

@@ -15,7 +15,7 @@ use crate::surface::{Geometry, Node, Surface};
 
 /// How well a level (a path on fixed elements) was solved.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Level {
+pub(crate) struct Solved {
     /// Whether the relative error of the length left by the last Newton step is below the level's
     /// tolerance.
     pub converged: bool,
@@ -58,7 +58,7 @@ const MOST_SHIFTS: usize = 24;
 /// taken even within the tolerance, because it betters the guess for what follows.
 const NOT_WORTH_A_STEP: f64 = 1e-10;
 /// Longest step of a node on a cloud, in radii of its chart, so that no node leaps over a hole.
-const LONGEST_STEP: f64 = 0.6;
+const LONGEST_NODE_STEP: f64 = 0.6;
 
 impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     pub fn new(codimension: usize) -> Self {
@@ -90,10 +90,10 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
         curve: &mut Curve<D, P>,
         tolerance: f64,
         most_steps: usize,
-    ) -> Option<Level> {
+    ) -> Option<Solved> {
         self.is_current = false;
         let mut measure = curve.measure(&mut self.pull);
-        let mut level = Level {
+        let mut level = Solved {
             converged: false,
             measure,
             left: f64::INFINITY,
@@ -277,9 +277,9 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             }
             for a in 0..k {
                 self.residual[i * k + a] = tangents[a].dot(&pull);
-                let bent = form * tangents[a];
+                let curved = form * tangents[a];
                 for b in 0..=a {
-                    let mut entry = bent.dot(&tangents[b]);
+                    let mut entry = curved.dot(&tangents[b]);
                     if let Some((_, gradient)) = rim {
                         entry +=
                             stiffness * gradient.dot(&tangents[a]) * gradient.dot(&tangents[b]);
@@ -383,7 +383,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             let step = &self.step[i * k..(i + 1) * k];
             let resolution = surface.resolution(node.place);
             let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
-            if resolution > 0.0 && length > LONGEST_STEP * resolution {
+            if resolution > 0.0 && length > LONGEST_NODE_STEP * resolution {
                 return None;
             }
             let mut along = Vector::zeros();

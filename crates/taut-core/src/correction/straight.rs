@@ -3,7 +3,7 @@
 use crate::correction::Taut;
 use crate::correction::curve::Curve;
 use crate::correction::element::element;
-use crate::correction::newton::{Level, Solver};
+use crate::correction::newton::{Solved, Solver};
 use crate::correction::nodes::{self, Profile};
 use crate::surface::{Node, Surface};
 
@@ -55,7 +55,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Straight<D, P> {
         }
         let profile = nodes::profile(surface, &curve.nodes, &mut solver.scratch);
         let measure = curve.measure(&mut Vec::new());
-        let level = Level {
+        let level = Solved {
             converged: false,
             measure,
             left: f64::INFINITY,

@@ -15,6 +15,11 @@ pub mod sampling;
 
 use crate::surface::{Node, Surface};
 
+/// Largest distance between samples, or between particles at rest, that may be joined, in spacings.
+const JOINED: f64 = 1.9;
+/// Largest sine of the angle at which the chord to a neighbour may leave the tangent plane.
+const STEEPEST_CHORD: f64 = 0.6;
+
 /// A surface with a graph of nodes across it.
 pub trait Guide<const D: usize>: Surface<D> {
     /// Calls `visit` with the graph nodes that a straight step on the surface from `node` reaches.

@@ -18,7 +18,7 @@ pub(crate) struct Route {
 /// are asked for: zigzags make graph distances a few per cent too long.
 pub(crate) const DETOUR: f32 = 1.1;
 /// Share of their nodes' surroundings above which two routes that share it are one.
-const SHARED: f64 = 0.85;
+const SHARED_ROUTE: f64 = 0.85;
 
 /// What is known of the ways between two points.
 pub(crate) struct Ways<'a, const D: usize, P, T, B, A> {
@@ -60,7 +60,7 @@ where
             }
             let next = self.route(bottom);
             let shared = next.nodes.iter().filter(|v| near[**v as usize]).count();
-            if shared as f64 > SHARED * next.nodes.len() as f64 {
+            if shared as f64 > SHARED_ROUTE * next.nodes.len() as f64 {
                 continue;
             }
             self.mark(&next, &mut near);

@@ -18,14 +18,14 @@ use crate::surface::implicit::{Equations, ImplicitSurface};
 use crate::surface::{Geometry, Node, Surface};
 use crate::{Vector, parallel};
 use join::node;
-use net::Net;
+use net::SampleNet;
 use region::Region;
 use walk::Walker;
 
 /// An implicit surface with a coarse sampling on which first guesses are found.
 pub struct Sampled<const D: usize, E> {
     surface: ImplicitSurface<D, E>,
-    net: Net<D>,
+    net: SampleNet<D>,
 }
 
 /// How much of the components that hold the seeds was sampled.
@@ -136,7 +136,7 @@ impl<const D: usize, E: Equations<D>> Geodesics<D, Sampled<D, E>> {
             return Err(error);
         }
         let bounds = bounds.map(|(low, high)| Region { low, high });
-        let (net, graph) = Net::new(&surface, &seeds, bounds.as_ref());
+        let (net, graph) = SampleNet::new(&surface, &seeds, bounds.as_ref());
         Ok(Self::with_graph(Sampled { surface, net }, graph))
     }
 }

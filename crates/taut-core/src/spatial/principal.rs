@@ -6,7 +6,7 @@ use crate::{Matrix, Vector};
 /// axes have no directions of their own.
 const DISTINCT: f64 = 1e-6;
 /// Scatter, as a share of the largest, below which it counts as none.
-const FLAT: f64 = 1e-12;
+const NO_SCATTER: f64 = 1e-12;
 
 /// Sum of the outer products of the points' offsets from their mean.
 pub(crate) fn scatter<const D: usize>(
@@ -35,7 +35,8 @@ pub(crate) fn axes<const D: usize>(points: &[Vector<D>]) -> Matrix<D> {
 fn principal_axes<const D: usize>(points: &[Vector<D>]) -> Option<Matrix<D>> {
     let (values, vectors) = eigen(&scatter(points.iter().copied()))?;
     let largest = values[D - 1];
-    let alike = |pair: &[f64]| pair[0] > FLAT * largest && pair[1] - pair[0] <= DISTINCT * largest;
+    let alike =
+        |pair: &[f64]| pair[0] > NO_SCATTER * largest && pair[1] - pair[0] <= DISTINCT * largest;
     if values.as_slice().windows(2).any(alike) {
         return None;
     }

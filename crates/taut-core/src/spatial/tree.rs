@@ -9,13 +9,13 @@ use crate::spatial::principal;
 use crate::{Matrix, Vector};
 
 /// Most points of a leaf; where there are several leaves, each holds at least half of this number.
-pub(crate) const LEAF: usize = 16;
+pub(crate) const LEAF_POINTS: usize = 16;
 
 /// Number of candidates, as a multiple of those wanted, at which they are sorted out.
-const SPARE: usize = 2;
+const SPARE_CANDIDATES: usize = 2;
 /// Relative rounding of coordinates along the axes: a point as near as the limit must not be
 /// missed.
-const ROUNDING: f64 = 1e-9;
+const AXIS_ROUNDING: f64 = 1e-9;
 
 /// A split of a part of the tree: the axis, and the coordinate along it at which the halves meet.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,7 +49,7 @@ impl<const D: usize> Tree<D> {
     /// threads.
     pub fn new(points: &[Vector<D>]) -> Self {
         let mut levels = 0;
-        while points.len() >> levels > LEAF || (points.len() - 1) >> levels >= LEAF {
+        while points.len() >> levels > LEAF_POINTS || (points.len() - 1) >> levels >= LEAF_POINTS {
             levels += 1;
         }
         let axes = principal::axes(points);
@@ -191,7 +191,7 @@ impl<const D: usize> Search<'_, D> {
         self.descend(near.0, level + 1, near.1, squared, offset);
         let old = offset[axis];
         let farther = squared - old * old + gap * gap;
-        if farther <= self.limit * (1.0 + ROUNDING) {
+        if farther <= self.limit * (1.0 + AXIS_ROUNDING) {
             offset[axis] = gap;
             self.descend(far.0, level + 1, far.1, farther, offset);
             offset[axis] = old;
@@ -210,7 +210,7 @@ impl<const D: usize> Search<'_, D> {
             }
         }
         let many = self.limit == f64::INFINITY && self.found.len() >= self.count;
-        if many || self.found.len() >= SPARE * self.count {
+        if many || self.found.len() >= SPARE_CANDIDATES * self.count {
             self.keep_nearest();
         }
     }
@@ -290,7 +290,11 @@ mod tests {
                 leaves.iter().map(ExactSizeIterator::len).sum::<usize>(),
                 count
             );
-            assert!(leaves.iter().all(|l| !l.is_empty() && l.len() <= LEAF));
+            assert!(
+                leaves
+                    .iter()
+                    .all(|l| !l.is_empty() && l.len() <= LEAF_POINTS)
+            );
             for (point, index) in tree.points.iter().zip(&tree.order) {
                 assert_eq!(*point, cloud[*index as usize]);
             }

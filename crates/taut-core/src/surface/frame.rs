@@ -227,9 +227,9 @@ impl<const D: usize> Geometry<D> {
         for a in 0..self.codimension {
             let form = self.second_form(&self.normal(a));
             for i in self.codimension..D {
-                let bent = form * self.basis.column(i);
+                let curved = form * self.basis.column(i);
                 for j in self.codimension..D {
-                    squares += bent.dot(&self.basis.column(j)).powi(2);
+                    squares += curved.dot(&self.basis.column(j)).powi(2);
                 }
             }
         }

@@ -35,13 +35,13 @@ const SPACINGS: f64 = 1.5;
 /// The largest spacing h, in median distances between neighbouring points.
 const MOST_SPACINGS: f64 = 10.0;
 /// Distance beyond which points take no part, in h.
-const CUTOFF: f64 = 5.0;
+const CUTOFF_WEIGHTS: f64 = 5.0;
 /// Most alternations between (15) and (16).
 const MOST_ALTERNATIONS: usize = 60;
 /// Most steps of Newton's method to solve (16).
 const MOST_NEWTON_STEPS: usize = 30;
 /// Step of the differences of the normal, in h: they err by its square.
-const DIFFERENCE: f64 = 1e-4;
+const NORMAL_DIFFERENCE: f64 = 1e-4;
 
 /// The error for a spacing h that is not a length, or is so long that every point would take part
 /// in every fit.
@@ -105,7 +105,7 @@ impl<const D: usize> MovingLeastSquares<D> {
             })
             .collect();
         let around = parallel::map(atlas.charts.len(), |home| {
-            sheet_around(&atlas, &extents, home as u32, CUTOFF * h)
+            sheet_around(&atlas, &extents, home as u32, CUTOFF_WEIGHTS * h)
         });
         Ok(Self {
             owned: Lists::new(cells.iter().map(|cell| cell.iter().copied())),
@@ -162,7 +162,7 @@ impl<const D: usize> MovingLeastSquares<D> {
     /// Gathers the points that take part at `x`, relative to it.
     fn gather(&self, x: &Vector<D>, place: ChartIndex, offsets: &mut Vec<Vector<D>>) {
         offsets.clear();
-        let cutoff = CUTOFF * self.h;
+        let cutoff = CUTOFF_WEIGHTS * self.h;
         for chart in self.around.of(place) {
             let reach = cutoff + self.extents[*chart as usize];
             let origin = self.atlas.charts[*chart as usize].origin;
@@ -439,7 +439,7 @@ impl<const D: usize> Surface<D> for MovingLeastSquares<D> {
         }
         // There is no closed-form second derivative, so central differences of the gradients are
         // taken along the tangents.
-        let step = DIFFERENCE * self.h;
+        let step = NORMAL_DIFFERENCE * self.h;
         let (mut ahead, mut behind) = ([Vector::zeros(); D], [Vector::zeros(); D]);
         out.hessians.fill(Matrix::zeros());
         for j in 0..D - m {

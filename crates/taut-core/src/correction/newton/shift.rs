@@ -17,13 +17,13 @@ const SHIFT_GROWTH: f64 = 8.0;
 /// the size of its inverse.
 const FLOW_SHIFT: f64 = 4.0;
 /// How far the energy's expansion is taken to hold, as a share of the length.
-const TRUSTED: f64 = 0.1;
+const TRUSTED_LENGTH: f64 = 0.1;
 /// Longest step of a node that a small shift may make, as a share of the length.
 const TRUSTED_STEP: f64 = 0.3;
 /// Share of the predicted decrease of the energy that a step with a small shift must bring.
 const AS_PREDICTED: f64 = 0.1;
-/// Largest gain left within [`TRUSTED`], in tolerances, at which a path whose ends are conjugate
-/// counts as taut.
+/// Largest gain left within [`TRUSTED_LENGTH`], in tolerances, at which a path whose ends are
+/// conjugate counts as taut.
 const SINGULAR_LEFT: f64 = 25.0;
 /// Largest gain left, as a share of the length, at which a path whose ends are conjugate counts as
 /// taut, whatever the tolerance.
@@ -42,22 +42,23 @@ pub(super) fn left_by(change: f64, before: Option<f64>, rim: f64) -> f64 {
 }
 
 /// What a step regularised by `shift`, which would change the length by the share `change`, leaves
-/// to be gained within [`TRUSTED`]. In a direction in which the energy hardly bends, the gradient
-/// is at most sqrt(2 change shift), and a `negative` curvature is above -shift.
+/// to be gained within [`TRUSTED_LENGTH`]. In a direction in which the energy has hardly any
+/// curvature, the gradient is at most sqrt(2 change shift), and a `negative` curvature is above
+/// -shift.
 pub(super) fn left_by_regularised(change: f64, shift: f64, negative: bool) -> f64 {
-    let bend = if negative {
-        0.5 * shift * TRUSTED * TRUSTED
+    let curved = if negative {
+        0.5 * shift * TRUSTED_LENGTH * TRUSTED_LENGTH
     } else {
         0.0
     };
-    change + TRUSTED * (2.0 * change * shift).sqrt() + bend
+    change + TRUSTED_LENGTH * (2.0 * change * shift).sqrt() + curved
 }
 
 /// The shift to try after one that was of no use, where the step without a shift moves no node by
 /// more than the share `moved` of the length. Small shifts hardly change a step that stays where
 /// the expansion holds.
 pub(super) fn next_shift(shift: f64, least: f64, moved: f64) -> f64 {
-    if shift == 0.0 && moved <= TRUSTED {
+    if shift == 0.0 && moved <= TRUSTED_LENGTH {
         FLOW_SHIFT
     } else if shift == 0.0 {
         least

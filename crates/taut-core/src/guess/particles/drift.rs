@@ -3,14 +3,14 @@
 
 use crate::error::Error;
 use crate::guess::particles::Settings;
-use crate::guess::particles::sources::Sources;
+use crate::guess::particles::sources::SourceClasses;
 use crate::guess::particles::swarm::Swarm;
 use crate::surface::{Node, Surface};
 
 /// What the procedure of sampling ends with.
 pub(super) struct Drifted<'a, const D: usize, S: Surface<D>> {
     pub swarm: Swarm<'a, D, S>,
-    pub joined: Sources,
+    pub joined: SourceClasses,
     pub meetings: Vec<Meeting>,
     pub steps: usize,
     /// Whether the procedure ended because there was hardly any room left.
@@ -24,13 +24,13 @@ pub(super) struct Meeting(pub [(u32, usize); 2]);
 /// paper's 5 on surfaces.
 const LITTER: usize = 2;
 /// Distance from its source at which a particle is born, in spacings.
-const BIRTH: f64 = 0.3;
+const BIRTH_AT_SOURCE: f64 = 0.3;
 /// Number of steps that the loop looks back: it ends if there was no room for a birth and no
 /// meeting in them.
 const RECENT: usize = 20;
 /// Share of the particles up to which births and meetings in the recent steps are few enough to end
 /// the loop, once all sources are joined.
-const FULL: f64 = 0.02;
+const QUIET: f64 = 0.02;
 /// Largest share of the particles that may have room for the surface to count as covered, where the
 /// number of particles ended the loop and all sources are joined.
 const ROOMY: f64 = 0.1;
@@ -67,7 +67,7 @@ fn drift_once<const D: usize, S: Surface<D>>(
     count: usize,
 ) -> Drifted<'_, D, S> {
     swarm.records = true;
-    let mut joined = Sources::new(sources);
+    let mut joined = SourceClasses::new(sources);
     let mut meetings = Vec::new();
     let mut recent = [usize::MAX; RECENT];
     let mut full = 0;
@@ -97,11 +97,11 @@ fn drift_once<const D: usize, S: Surface<D>>(
 /// Whether nothing happened for a while, or little once all sources are joined.
 fn settled<const D: usize, S: Surface<D>>(
     swarm: &Swarm<'_, D, S>,
-    joined: &Sources,
+    joined: &SourceClasses,
     recent: &[usize; RECENT],
 ) -> bool {
     let happened = recent.iter().fold(0_usize, |sum, r| sum.saturating_add(*r));
-    let little = FULL * swarm.particles.len() as f64;
+    let little = QUIET * swarm.particles.len() as f64;
     happened == 0 || (joined.classes() == 1 && happened as f64 <= little)
 }
 
@@ -122,7 +122,7 @@ fn give_births<const D: usize, S: Surface<D>>(
             break;
         }
         let children = if (*i as usize) < sources { litter } else { 1 };
-        swarm.give_birth(*i, children, BIRTH);
+        swarm.give_birth(*i, children, BIRTH_AT_SOURCE);
     }
     roomy.len()
 }
@@ -130,7 +130,7 @@ fn give_births<const D: usize, S: Surface<D>>(
 /// Joins the sources whose particles have come within epsilon; returns how many joined.
 fn meet<const D: usize, S: Surface<D>>(
     swarm: &mut Swarm<'_, D, S>,
-    joined: &mut Sources,
+    joined: &mut SourceClasses,
     meetings: &mut Vec<Meeting>,
 ) -> usize {
     let before = joined.classes();

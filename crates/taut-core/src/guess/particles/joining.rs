@@ -1,14 +1,12 @@
 //! The graph of the joined trajectories.
 
+use crate::guess::JOINED;
 use crate::guess::graph::Graph;
 use crate::guess::particles::drift::{Drifted, Meeting};
 use crate::guess::particles::swarm::{Swarm, neighbour_count};
 use crate::spatial::tree::Tree;
 use crate::surface::{Node, Surface};
 use crate::{Vector, parallel};
-
-/// Largest distance between particles at rest that are joined, in spacings.
-pub(super) const REACH: f64 = 1.9;
 
 /// For each particle at rest, its node in the graph, its node on the surface, and its spacing.
 pub(super) type Rest<const D: usize, P> = Vec<(u32, Node<D, P>, f64)>;
@@ -105,7 +103,7 @@ fn joins<const D: usize, S: Surface<D>>(swarm: &Swarm<'_, D, S>) -> Vec<(u32, u3
             let others = swarm.neighbours(*j);
             // If two particles are each other's neighbours, only the first one looks.
             (i < *j || !others.contains(&i))
-                && swarm.distance(i, *j) < REACH * swarm.mean_spacing(i, *j)
+                && swarm.distance(i, *j) < JOINED * swarm.mean_spacing(i, *j)
                 && swarm.walkable(i, *j)
         };
         let found: Vec<(u32, u32)> = swarm

@@ -1,7 +1,7 @@
 //! Particles that float on a surface [3.1]: samplings of it, and the guesses of Algorithm 1.
 //!
 //! Particles of the same source repel each other, those of different sources attract (1)-(4); the
-//! spacing that they strive for is smaller where the surface bends. Everything is measured in
+//! spacing that they strive for is smaller where the surface curves. Everything is measured in
 //! spacings, so that the unit of length changes nothing.
 
 mod drift;
@@ -24,7 +24,7 @@ use crate::Vector;
 /// How densely particles settle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spread {
-    /// Denser where the surface bends more (figure 6). The spacing h follows the curvature
+    /// Denser where the surface curves more (figure 6). The spacing h follows the curvature
     /// kappa = (sum kappa_j^2)^(1/2) as h ~ (1/4 + (kappa / mean kappa)^2)^(-1/2), at most 16 to 1.
     #[default]
     Curvature,
@@ -63,7 +63,7 @@ pub struct Settings<const D: usize> {
 }
 
 impl<const D: usize> Settings<D> {
-    /// Settings for particles anywhere on a surface of the given extent, denser where it bends.
+    /// Settings for particles anywhere on a surface of the given extent, denser where it curves.
     #[must_use]
     pub fn new(size: f64) -> Self {
         Self {

@@ -4,13 +4,13 @@
 use crate::Vector;
 use crate::error::Error;
 use crate::geodesics::Geodesics;
-use crate::guess::Guide;
 use crate::guess::particles::Settings;
 use crate::guess::particles::drift::{Drifted, drift};
-use crate::guess::particles::joining::{REACH, connect};
+use crate::guess::particles::joining::connect;
 use crate::guess::particles::sampling::{crowding, fill};
 use crate::guess::particles::swarm::{Swarm, neighbour_count};
 use crate::guess::particles::walk::walks;
+use crate::guess::{Guide, JOINED};
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::{Geometry, Node, Surface};
 
@@ -38,7 +38,7 @@ const SCOUT_STEPS: usize = 8;
 /// do.
 const SPARING: f64 = 1.1;
 /// Largest mean turning of the surface between neighbours, in radians.
-const TURNING: f64 = 0.6;
+const MEAN_TURNING: f64 = 0.6;
 
 impl<const D: usize, S: Surface<D>> Geodesics<D, Network<D, S>> {
     /// Makes a surface ready for paths between `sources` by Algorithm 1. Particles born at the
@@ -100,7 +100,7 @@ fn epsilon<const D: usize, S: Surface<D>>(
     let spacing = scouts.epsilon * crowding(&scouts);
     let ratio = enough as f64 / count.max(1) as f64;
     let wanted = SPARING * spacing * ratio.powf(1.0 / surface.intrinsic_dimension() as f64);
-    Ok(wanted.min(TURNING / scouts.mean_curvature()))
+    Ok(wanted.min(MEAN_TURNING / scouts.mean_curvature()))
 }
 
 impl<const D: usize, S: Surface<D>> Network<D, S> {
@@ -216,7 +216,7 @@ impl<const D: usize, S: Surface<D>> Guide<D> for Network<D, S> {
                 visit(*graph_node);
                 return;
             }
-            if neighbour.squared.sqrt() < REACH * spacing
+            if neighbour.squared.sqrt() < JOINED * spacing
                 && walks(&self.surface, node, &there.point, &mut scratch)
             {
                 visit(*graph_node);

@@ -1,6 +1,7 @@
 //! A particle: a point of the surface, the surface's curvature there, and the way the particle
 //! came.
 
+use crate::guess::STEEPEST_CHORD;
 use crate::surface::{Geometry, Node, Surface};
 use crate::{Matrix, Vector};
 
@@ -8,7 +9,7 @@ use crate::{Matrix, Vector};
 #[derive(Clone, Debug)]
 pub(super) struct Particle<const D: usize, P> {
     pub node: Node<D, P>,
-    pub frame: Frame<D>,
+    pub frame: ParticleGeometry<D>,
     /// The source that the particle descends from.
     pub source: u32,
     /// Whether the particle stays where it is, as sources given by the user do.
@@ -22,17 +23,17 @@ pub(super) struct Particle<const D: usize, P> {
 
 /// First- and second-order geometry at a particle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame<const D: usize> {
+pub(super) struct ParticleGeometry<const D: usize> {
     /// An orthonormal basis: columns 0..m are normal, m..D tangent.
     pub basis: Matrix<D>,
     /// The square of the shape operator, summed over an orthonormal basis of normals. Its
     /// eigenvectors are the principal directions v_j of a hypersurface, its eigenvalues kappa_j^2.
-    pub bending: Matrix<D>,
-    /// The square root of the trace of `bending`, (sum kappa_j^2)^(1/2), 1 / length.
+    pub squared_shape: Matrix<D>,
+    /// The square root of the trace of `squared_shape`, (sum kappa_j^2)^(1/2), 1 / length.
     pub curvature: f64,
 }
 
-impl<const D: usize> Frame<D> {
+impl<const D: usize> ParticleGeometry<D> {
     /// The frame at a node; `None` where the surface has no tangent space.
     pub fn at<S: Surface<D>>(
         surface: &S,
@@ -43,20 +44,20 @@ impl<const D: usize> Frame<D> {
             return None;
         }
         let m = scratch.codimension;
-        let mut bending = Matrix::zeros();
+        let mut squared_shape = Matrix::zeros();
         for a in 0..m {
             let form = scratch.second_form(&scratch.normal(a));
             let mut shape = Matrix::<D>::zeros();
             for j in m..D {
-                let bent = form * scratch.basis.column(j);
-                shape += scratch.project(&bent) * scratch.basis.column(j).transpose();
+                let curved = form * scratch.basis.column(j);
+                shape += scratch.project(&curved) * scratch.basis.column(j).transpose();
             }
-            bending += shape * shape;
+            squared_shape += shape * shape;
         }
         Some(Self {
             basis: scratch.basis,
-            bending,
-            curvature: bending.trace().max(0.0).sqrt(),
+            squared_shape,
+            curvature: squared_shape.trace().max(0.0).sqrt(),
         })
     }
 
@@ -75,9 +76,6 @@ impl<const D: usize> Frame<D> {
             let part: f64 = (0..D).map(|i| self.basis[(i, j)] * chord[i]).sum();
             across += part * part;
         }
-        across <= STEEPEST * STEEPEST * chord.norm_squared()
+        across <= STEEPEST_CHORD * STEEPEST_CHORD * chord.norm_squared()
     }
 }
-
-/// Largest sine of the angle between a chord along the surface and the tangent plane.
-const STEEPEST: f64 = 0.6;

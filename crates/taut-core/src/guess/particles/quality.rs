@@ -1,4 +1,4 @@
-//! How well a sampling is spread, and whether it is denser where the surface bends.
+//! How well a sampling is spread, and whether it is denser where the surface curves.
 
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::{Vector, parallel};

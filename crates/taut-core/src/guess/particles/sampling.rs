@@ -25,9 +25,9 @@ pub struct Sampling<const D: usize, P> {
 /// Room of a particle, in spacings, above which it gives birth.
 const ROOM: f64 = 1.0;
 /// Distance from its parent at which a particle is born, in spacings.
-const BIRTH: f64 = 0.5;
+const BIRTH_AT_PARENT: f64 = 0.5;
 /// Share of the particles up to which births are few.
-const FULL: f64 = 0.02;
+const FEW_BIRTHS: f64 = 0.02;
 /// Number of rounds with few births, over the number of particles, after which the spacing shrinks:
 /// few particles take longer to drift apart.
 const PATIENCE: usize = 64;
@@ -103,13 +103,13 @@ pub(super) fn fill<const D: usize, S: Surface<D>>(
         roomy.truncate(count - swarm.particles.len());
         let born: usize = roomy
             .iter()
-            .map(|(_, i)| swarm.give_birth(*i, 1, BIRTH))
+            .map(|(_, i)| swarm.give_birth(*i, 1, BIRTH_AT_PARENT))
             .sum();
         for _ in 0..SETTLE {
             swarm.step(|_, _| true);
         }
         let present = swarm.particles.len();
-        idle = if born as f64 <= FULL * present as f64 {
+        idle = if born as f64 <= FEW_BIRTHS * present as f64 {
             idle + 1
         } else {
             0

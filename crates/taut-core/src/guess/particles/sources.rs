@@ -3,12 +3,12 @@
 /// Sources in classes (union-find with path halving: Tarjan, "Efficiency of a good but not linear
 /// set union algorithm", Journal of the ACM 22, 1975).
 #[derive(Clone, Debug)]
-pub(super) struct Sources {
+pub(super) struct SourceClasses {
     parents: Vec<u32>,
     classes: usize,
 }
 
-impl Sources {
+impl SourceClasses {
     /// Classes of one source each.
     pub fn new(count: usize) -> Self {
         Self {
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn classes_are_named_after_their_first_source() {
-        let mut sources = Sources::new(6);
+        let mut sources = SourceClasses::new(6);
         for (a, b, new) in [(5, 3, true), (3, 1, true), (5, 1, false), (2, 4, true)] {
             assert_eq!(sources.join(a, b), new);
         }

@@ -1,7 +1,7 @@
 //! The particle system (1)-(4): forces, moves, births.
 
 use crate::error::Error;
-use crate::guess::particles::particle::{Frame, Particle};
+use crate::guess::particles::particle::{Particle, ParticleGeometry};
 use crate::guess::particles::random::Random;
 use crate::guess::particles::walk::walks;
 use crate::guess::particles::{Region, Settings, Spread};
@@ -34,16 +34,16 @@ pub(super) struct Swarm<'a, const D: usize, S: Surface<D>> {
 /// Largest move of a particle, in spacings, before neighbours are found anew.
 const STALE: f64 = 0.4;
 /// The decay length of the exponential force, in spacings.
-const DECAY: f64 = 0.5;
+const FORCE_DECAY: f64 = 0.5;
 /// The distance beyond which forces are cut off, in spacings.
-const CUTOFF: f64 = 2.0;
+const FORCE_CUTOFF: f64 = 2.0;
 /// Longest step of a move, in spacings and in radii of curvature.
-const LONGEST_STEP: f64 = 0.4;
+const LONGEST_MOVE: f64 = 0.4;
 /// Largest correction of a move by Newton-Raphson, as a share of the move; a move that needs more
 /// is halved.
 const LARGEST_CORRECTION: f64 = 0.5;
 /// Most times that a move is halved before it is left out.
-const HALVINGS: usize = 3;
+const MOVE_HALVINGS: usize = 3;
 /// Distance of a particle from its last recorded location at which a new one is recorded, in
 /// spacings.
 const RECORD: f64 = 1.0;
@@ -85,11 +85,12 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             .iter()
             .zip(0..)
             .map(|(node, source)| {
-                let frame =
-                    Frame::at(surface, node, &mut scratch).ok_or_else(|| Error::NoFoot {
+                let frame = ParticleGeometry::at(surface, node, &mut scratch).ok_or_else(|| {
+                    Error::NoFoot {
                         point: named(surface, &node.point),
                         reason: "the surface has no tangent space there; move the source",
-                    })?;
+                    }
+                })?;
                 Ok(Particle {
                     node: *node,
                     frame,
@@ -297,10 +298,11 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             let apart = here.node.point - there.node.point;
             let distance = apart.norm();
             let scale = self.mean_spacing(i, *j);
-            if distance == 0.0 || distance > CUTOFF * scale || !along(here, there, &apart, m) {
+            if distance == 0.0 || distance > FORCE_CUTOFF * scale || !along(here, there, &apart, m)
+            {
                 continue;
             }
-            let force = apart * ((-distance / (DECAY * scale)).exp() / distance);
+            let force = apart * ((-distance / (FORCE_DECAY * scale)).exp() / distance);
             if homologous(here.source, there.source) {
                 sum += force;
             } else {
@@ -308,7 +310,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             }
         }
         let tangential = here.frame.project(&sum, self.codimension());
-        let curved = here.frame.bending * tangential * (spacing * spacing);
+        let curved = here.frame.squared_shape * tangential * (spacing * spacing);
         // A particle in place among its first ring of neighbours moves back by less than it is off.
         let ring = neighbour_count(self.surface.intrinsic_dimension()) as f64 / 3.0;
         (tangential + curved) * (3.0 * spacing / ring)
@@ -320,15 +322,15 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         i: u32,
         velocity: &Vector<D>,
         scratch: &mut Geometry<D>,
-    ) -> Option<(Node<D, S::Place>, Frame<D>)> {
+    ) -> Option<(Node<D, S::Place>, ParticleGeometry<D>)> {
         let here = &self.particles[i as usize];
-        let longest = LONGEST_STEP * self.spacing(i).min(here.frame.curvature.recip());
+        let longest = LONGEST_MOVE * self.spacing(i).min(here.frame.curvature.recip());
         let length = velocity.norm();
         if length == 0.0 {
             return None;
         }
         let mut step = velocity * (longest / length).min(1.0);
-        for _ in 0..=HALVINGS {
+        for _ in 0..=MOVE_HALVINGS {
             if let Some(arrived) = self.land(here, &step, scratch) {
                 return Some(arrived);
             }
@@ -344,7 +346,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
         from: &Particle<D, S::Place>,
         step: &Vector<D>,
         scratch: &mut Geometry<D>,
-    ) -> Option<(Node<D, S::Place>, Frame<D>)> {
+    ) -> Option<(Node<D, S::Place>, ParticleGeometry<D>)> {
         let target = from.node.point + step;
         let mut place = from.node.place;
         let point = self.surface.foot(&target, &mut place, scratch)?;
@@ -354,7 +356,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
             return None;
         }
         let node = Node { point, place };
-        let frame = Frame::at(self.surface, &node, scratch)?;
+        let frame = ParticleGeometry::at(self.surface, &node, scratch)?;
         Some((node, frame))
     }
 
@@ -363,7 +365,7 @@ impl<'a, const D: usize, S: Surface<D>> Swarm<'a, D, S> {
     pub fn give_birth(&mut self, i: u32, children: usize, offset: f64) -> usize {
         let mut scratch = Geometry::new(self.codimension());
         let parent = self.particles[i as usize].clone();
-        let length = (offset * self.spacing(i)).min(LONGEST_STEP / parent.frame.curvature);
+        let length = (offset * self.spacing(i)).min(LONGEST_MOVE / parent.frame.curvature);
         let birthplace = (i, if self.records { self.record(i) } else { 1 });
         let mut random = Random::new(self.seed, self.births);
         self.births += 1;

@@ -6,9 +6,9 @@ use crate::surface::{Geometry, Node, Surface};
 /// Number of steps over a chord.
 const STEPS: f64 = 3.0;
 /// Number of further steps in which the walk may arrive.
-const SPARE: usize = 4;
+const SPARE_STEPS: usize = 4;
 /// Distance from the goal at which it is reached, as a share of the chord.
-const ARRIVED: f64 = 1e-3;
+const ARRIVED_CHORD: f64 = 1e-3;
 
 /// Walks along the surface towards a point; `false` where the walk leads past it, to another sheet
 /// or over a rim (the boundary of the surface).
@@ -20,10 +20,10 @@ pub(super) fn walks<const D: usize, S: Surface<D>>(
 ) -> bool {
     let mut at = *from;
     let chord = (to - at.point).norm();
-    for _ in 0..STEPS as usize + SPARE {
+    for _ in 0..STEPS as usize + SPARE_STEPS {
         let left = to - at.point;
         let distance = left.norm();
-        if distance <= ARRIVED * chord {
+        if distance <= ARRIVED_CHORD * chord {
             return true;
         }
         if !surface.geometry(&at.point, at.place, scratch) {

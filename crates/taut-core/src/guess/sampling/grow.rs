@@ -3,7 +3,7 @@
 //! Each sample throws candidates one spacing away along the surface; a candidate is kept unless a
 //! sample of the same sheet lies too near (dart throwing by expansion: Bridson, "Fast Poisson Disk
 //! Sampling in Arbitrary Dimensions", SIGGRAPH 2007 sketches). The spacing shrinks where the
-//! surface bends.
+//! surface curves.
 
 use std::collections::HashMap;
 
@@ -24,7 +24,7 @@ pub(super) struct Sample<const D: usize> {
     /// The spacing of samples here, in the input's units.
     pub spacing: f64,
     /// The spacing that the surface's turning alone would give, in the input's units.
-    pub bent: f64,
+    pub by_turning: f64,
     /// Distance to the next sheet, as far as it was looked for, in the input's units.
     pub gap: f64,
     /// Whether the surface goes on from here to where there is no sample.
@@ -51,7 +51,7 @@ const MOST_SUGGESTIONS: usize = 400;
 /// the factor for the dimension.
 const WIDE_TURNING: f64 = 1.0;
 /// Most that the surface turns within one spacing in up to three dimensions, in radians.
-const TURNING: f64 = 0.6;
+const SAMPLE_TURNING: f64 = 0.6;
 /// The least spacing, as a share of the mean so far: sharp edges and tips must not take all
 /// samples.
 const FINEST: f64 = 0.25;
@@ -74,7 +74,7 @@ pub(super) fn grow<const D: usize, E: Equations<D>>(
     } else {
         MOST_SUGGESTIONS
     };
-    let mut found = Found {
+    let mut found = Thrown {
         walker: Walker::new(surface),
         samples: Vec::new(),
         buckets: HashMap::new(),
@@ -135,16 +135,16 @@ pub(super) fn measure<const D: usize, E: Equations<D>>(
     let k = walker.scratch.intrinsic_dimension();
     // The bound of the curvature adds up the normal curvatures of all directions.
     let turning = if k < MANY_DIMENSIONS {
-        TURNING
+        SAMPLE_TURNING
     } else {
         WIDE_TURNING * (k as f64).sqrt()
     };
-    let bent = turning / walker.scratch.curvature_bound();
+    let by_turning = turning / walker.scratch.curvature_bound();
     Some(Sample {
         point: *point,
         basis: walker.scratch.basis,
-        spacing: bent.min(spacing),
-        bent,
+        spacing: by_turning.min(spacing),
+        by_turning,
         gap: f64::INFINITY,
         open: false,
     })
@@ -204,7 +204,7 @@ fn directions<const D: usize>(k: usize, sample: usize) -> Vec<[f64; D]> {
 }
 
 /// Samples in buckets of their first three coordinates.
-struct Found<'a, const D: usize, E> {
+struct Thrown<'a, const D: usize, E> {
     walker: Walker<'a, D, E>,
     samples: Vec<Sample<D>>,
     buckets: HashMap<[i64; 3], Vec<u32>>,
@@ -213,7 +213,7 @@ struct Found<'a, const D: usize, E> {
     sum: f64,
 }
 
-impl<const D: usize, E: Equations<D>> Found<'_, D, E> {
+impl<const D: usize, E: Equations<D>> Thrown<'_, D, E> {
     /// The bucket that holds a point.
     fn bucket(&self, x: &Vector<D>) -> [i64; 3] {
         std::array::from_fn(|i| {
@@ -239,7 +239,9 @@ impl<const D: usize, E: Equations<D>> Found<'_, D, E> {
         if !self.walker.look(point) {
             return None;
         }
-        sample.gap = self.walker.gap(point, sample.spacing.min(sample.bent));
+        sample.gap = self
+            .walker
+            .gap(point, sample.spacing.min(sample.by_turning));
         self.sum += natural;
         let bucket = self.bucket(point);
         let index = self.samples.len() as u32;

@@ -5,15 +5,12 @@ use crate::Vector;
 use crate::guess::graph::Graph;
 use crate::guess::sampling::grow::{Sample, same_side};
 use crate::guess::sampling::walk::Walker;
+use crate::guess::{JOINED, STEEPEST_CHORD};
 use crate::parallel;
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::implicit::{Equations, ImplicitSurface};
 use crate::surface::{Geometry, Node, Surface};
 
-/// Largest distance between samples that may be connected, in spacings.
-pub(super) const REACH: f64 = 1.9;
-/// Largest sine of the angle at which the chord to a neighbour may leave the surface.
-const STEEPEST: f64 = 0.6;
 /// Factor by which the number of neighbours that are looked at grows while layers of other sheets
 /// fill it.
 pub(super) const WIDER: usize = 4;
@@ -41,7 +38,7 @@ pub(super) fn join<const D: usize, E: Equations<D>>(
                 && is_foretold(&geometry, sample, other)
                 && walker.arrives(&sample.point, &other.point, sample.gap.min(other.gap))
         };
-        let reach = REACH * widest;
+        let reach = JOINED * widest;
         let mut seen = 0;
         let mut list: Vec<u32> = Vec::new();
         let most = edge_count(D - m);
@@ -150,7 +147,7 @@ pub(super) fn edge_count(k: usize) -> usize {
 
 /// How far a neighbour may always lie off the surface as the second order at a sample predicts it,
 /// as a share of the way.
-const OFF: f64 = 0.02;
+const OFF_PREDICTED: f64 = 0.02;
 /// How much farther a neighbour may lie off the predicted surface, as a share of the way, per
 /// square of the way in spacings.
 const OFF_BY_SQUARE: f64 = 0.12;
@@ -167,15 +164,15 @@ pub(super) fn is_foretold<const D: usize>(
     let off = chord - along - geometry.bend(&along) * 0.5;
     let length = along.norm();
     let spacings = length / a.spacing.min(b.spacing);
-    off.norm() <= (OFF + OFF_BY_SQUARE * spacings * spacings) * length
+    off.norm() <= (OFF_PREDICTED + OFF_BY_SQUARE * spacings * spacings) * length
 }
 
 /// Whether the chord between two samples is short and runs along the surface at both ends.
 pub(super) fn one_step<const D: usize>(a: &Sample<D>, b: &Sample<D>, m: usize) -> bool {
     let chord = b.point - a.point;
     let length = chord.norm();
-    let along = |sample: &Sample<D>| across(sample, &chord, m) <= STEEPEST * length;
-    length <= REACH * a.spacing.max(b.spacing)
+    let along = |sample: &Sample<D>| across(sample, &chord, m) <= STEEPEST_CHORD * length;
+    length <= JOINED * a.spacing.max(b.spacing)
         && along(a)
         && along(b)
         && same_side(&a.basis, &b.basis, m)

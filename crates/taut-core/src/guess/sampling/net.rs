@@ -1,20 +1,19 @@
 //! The samples made ready to be searched: as many as suit the surface, over all of its extent.
 
+use crate::guess::JOINED;
 use crate::guess::graph::Graph;
 use crate::guess::sampling::Extent;
 use crate::guess::sampling::grow::{Grown, Sample, grow, measure};
-use crate::guess::sampling::join::{
-    REACH, WIDER, edge_count, is_enough, is_foretold, join, one_step,
-};
+use crate::guess::sampling::join::{WIDER, edge_count, is_enough, is_foretold, join, one_step};
 use crate::guess::sampling::region::Region;
-use crate::guess::sampling::walk::{CLEAR, Walker};
+use crate::guess::sampling::walk::{CLEARANCE, Walker};
 use crate::spatial::tree::{Neighbour, Tree};
 use crate::surface::Surface;
 use crate::surface::implicit::{Equations, ImplicitSurface};
 use crate::{Vector, parallel};
 
 /// Samples, and what is known of the surface between them.
-pub(super) struct Net<const D: usize> {
+pub(super) struct SampleNet<const D: usize> {
     pub samples: Vec<Sample<D>>,
     pub tree: Tree<D>,
     /// Largest spacing of a sample, in the input's units.
@@ -30,7 +29,7 @@ pub(super) struct Net<const D: usize> {
 }
 
 /// Number of samples aimed for; at least a quarter and at most three times as many are accepted.
-const SAMPLES: usize = 500;
+const SAMPLES_WANTED: usize = 500;
 /// Share of too many samples above which, if a wider spacing leaves more, it is the surface's
 /// turning that demands them.
 const LITTLE_LESS: f64 = 0.8;
@@ -41,9 +40,9 @@ const MOST_CONNECTING: usize = 4;
 /// Most seeds from which the sampling is planned.
 const MOST_STARTS: usize = 128;
 /// Most rounds of sampling; after each but the last, seeds on parts without samples are added.
-const MOST_ROUNDS: usize = 3;
+const MOST_SAMPLINGS: usize = 3;
 
-impl<const D: usize> Net<D> {
+impl<const D: usize> SampleNet<D> {
     /// Samples the components that hold the seeds, which are points of the surface, within bounds
     /// where they are given.
     pub fn new<E: Equations<D>>(
@@ -52,7 +51,7 @@ impl<const D: usize> Net<D> {
         bounds: Option<&Region<D>>,
     ) -> (Self, Graph<D, Vector<D>>) {
         let mut starts = strided(seeds);
-        for _ in 1..MOST_ROUNDS {
+        for _ in 1..MOST_SAMPLINGS {
             let (net, graph) = Self::about(surface, &starts, seeds, bounds);
             let left = net.left_out(surface, seeds);
             if left.is_empty() {
@@ -141,7 +140,7 @@ impl<const D: usize> Net<D> {
         };
         let net = Self {
             widest: samples.iter().map(|s| s.spacing).fold(0.0, f64::max),
-            clearance: CLEAR * gap,
+            clearance: CLEARANCE * gap,
             gap,
             open: components.iter().map(|c| open[*c as usize]).collect(),
             samples,
@@ -202,7 +201,7 @@ impl<const D: usize> Net<D> {
                     visit(index);
                 }
             }
-            if visited || is_enough(&found, count, REACH * self.widest) {
+            if visited || is_enough(&found, count, JOINED * self.widest) {
                 return;
             }
             seen = found.len();
@@ -217,7 +216,7 @@ fn strided<const D: usize>(seeds: &[Vector<D>]) -> Vec<Vector<D>> {
     seeds.iter().step_by(stride).copied().collect()
 }
 
-/// Grows about [`SAMPLES`] samples, beginning with samples of the region's first spacing.
+/// Grows about [`SAMPLES_WANTED`] samples, beginning with samples of the region's first spacing.
 fn evenly<const D: usize, E: Equations<D>>(
     surface: &ImplicitSurface<D, E>,
     starts: &[Vector<D>],
@@ -230,18 +229,20 @@ fn evenly<const D: usize, E: Equations<D>>(
     for _ in 0..8 {
         let count = result.samples.len();
         let bound_by_turning = result.samples.iter().all(|s| s.spacing < spacing);
-        if (SAMPLES / 4..=3 * SAMPLES).contains(&count) || (count > SAMPLES && bound_by_turning) {
+        if (SAMPLES_WANTED / 4..=3 * SAMPLES_WANTED).contains(&count)
+            || (count > SAMPLES_WANTED && bound_by_turning)
+        {
             break;
         }
-        let bent = result.samples.iter().filter(|s| s.spacing < spacing);
-        if result.stopped && 2 * bent.count() > count {
+        let by_turning = result.samples.iter().filter(|s| s.spacing < spacing);
+        if result.stopped && 2 * by_turning.count() > count {
             break;
         }
-        let factor = (count as f64 / SAMPLES as f64).powf(1.0 / k);
+        let factor = (count as f64 / SAMPLES_WANTED as f64).powf(1.0 / k);
         spacing *= factor.clamp(0.2, 5.0);
         result = grow(surface, starts, region, spacing);
         let change = result.samples.len() as f64 / count.max(1) as f64;
-        if count > SAMPLES && change > LITTLE_LESS {
+        if count > SAMPLES_WANTED && change > LITTLE_LESS {
             break;
         }
     }

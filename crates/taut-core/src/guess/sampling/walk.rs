@@ -29,26 +29,26 @@ const CUBIC: f64 = 0.75;
 /// Most times that a step is halved before the walk is given up.
 const MOST_HALVINGS: usize = 14;
 /// Most steps of a walk.
-const MOST_STEPS: usize = 300;
+const MOST_WALK_STEPS: usize = 300;
 /// What may be left of the way when a walk arrives, as a share of the way.
-const ARRIVED: f64 = 1e-5;
+const ARRIVED_WAY: f64 = 1e-5;
 /// Distance below which two points of the surface lie on one sheet, as a share of the gap.
-pub(super) const CLEAR: f64 = 0.5;
+pub(super) const CLEARANCE: f64 = 0.5;
 /// Distances of the probes along a normal, in spacings.
 const PROBES: [f64; 4] = [2.0, 0.5, 0.125, 0.03125];
 /// Number of normals above which each is probed less.
 const MANY_NORMALS: usize = 3;
-/// Farthest that a foot may lie off the bent surface at a probe's own point and still count as on
+/// Farthest that a foot may lie off the curved surface at a probe's own point and still count as on
 /// it, as a share of the probe's length.
 const BACK: f64 = 1e-3;
 /// Distance of the next sheet, in spacings, where no probe goes to another sheet: it is at least
 /// this far away.
-const FAR: f64 = 4.0;
+const FAR_SHEET: f64 = 4.0;
 
 /// Whether two points of the surface, with `way` leading from one to the other, lie on one sheet
 /// because the next sheet is farther away.
 pub(super) fn is_clear<const D: usize>(way: &Vector<D>, gap: f64) -> bool {
-    way.norm_squared() <= (CLEAR * gap).powi(2)
+    way.norm_squared() <= (CLEARANCE * gap).powi(2)
 }
 
 impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
@@ -74,14 +74,16 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         length: f64,
         gap: f64,
     ) -> Option<(Vector<D>, f64)> {
-        let bend = self.scratch.bend(tangent);
+        let curvature_vector = self.scratch.bend(tangent);
         let curvature = self.scratch.curvature_bound();
         let foretold = (CUBIC * gap / (curvature * curvature)).cbrt();
-        let mut length = length.min(STEP_TURNING / bend.norm()).min(foretold);
+        let mut length = length
+            .min(STEP_TURNING / curvature_vector.norm())
+            .min(foretold);
         let side = self.scratch.gradients[0];
         let is_one_equation = self.scratch.codimension == 1;
         for _ in 0..MOST_HALVINGS {
-            let target = from + tangent * length + bend * (0.5 * length * length);
+            let target = from + tangent * length + curvature_vector * (0.5 * length * length);
             if let Some(point) = self.surface.foot(&target, &mut (), &mut self.scratch)
                 && (point - target).norm() <= (PULL * length).min(TUBE * gap)
                 && !(is_one_equation && self.scratch.gradients[0].dot(&side) <= 0.0)
@@ -103,7 +105,7 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         gap: f64,
     ) -> Option<Vector<D>> {
         let (mut point, mut tangent, mut left) = (*from, *tangent, length);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MOST_WALK_STEPS {
             if !self.look(&point) {
                 return None;
             }
@@ -132,7 +134,7 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         let mut point = *from;
         let mut left = (x - point).norm();
         let enough = exactness * left;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MOST_WALK_STEPS {
             if !self.look(&point) {
                 return None;
             }
@@ -143,7 +145,7 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
                 return Some(point);
             }
             let tangent = along / length;
-            // If `x` lies off the surface, on the side that the surface bends away from, the way
+            // If `x` lies off the surface, on the side that the surface curves away from, the way
             // along the surface is shorter than the tangential part.
             let shorter = (1.0 - to.dot(&self.scratch.bend(&tangent))).max(1.0);
             let (next, _) = self.step(&point, &tangent, length / shorter, gap)?;
@@ -165,8 +167,8 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
 
     /// Whether a walk from one point of the surface arrives at another.
     pub fn walks(&mut self, from: &Vector<D>, to: &Vector<D>, gap: f64) -> bool {
-        let end = self.toward(from, to, gap, 0.1 * ARRIVED, |_| ());
-        end.is_some_and(|end| (end - to).norm() <= ARRIVED * (to - from).norm())
+        let end = self.toward(from, to, gap, 0.1 * ARRIVED_WAY, |_| ());
+        end.is_some_and(|end| (end - to).norm() <= ARRIVED_WAY * (to - from).norm())
     }
 
     /// The distance from a point of the surface, whose geometry is in the scratch, to the next
@@ -181,7 +183,7 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         } else {
             PROBES.len()
         }];
-        let mut gap = FAR * spacing;
+        let mut gap = FAR_SHEET * spacing;
         for normal in 0..codimension {
             for probe in probes.iter().flat_map(|probe| [*probe, -probe]) {
                 let offset = basis.column(normal) * (probe * spacing);
@@ -194,8 +196,8 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
                 let across: f64 = (0..codimension)
                     .map(|i| basis.column(i).dot(&moved).powi(2))
                     .sum();
-                let bent = curvature * (moved.norm_squared() - across) + BACK * offset.norm();
-                if across > bent * bent
+                let most = curvature * (moved.norm_squared() - across) + BACK * offset.norm();
+                if across > most * most
                     && moved.norm() < gap
                     && !self.walks(point, &(point + moved), f64::INFINITY)
                 {

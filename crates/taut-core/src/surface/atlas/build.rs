@@ -16,7 +16,7 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::rim::Rim;
 use crate::surface::atlas::scale::{Gains, NOISY};
 use crate::surface::atlas::sheets::Workspace;
-use crate::surface::atlas::{Atlas, Lists, UNEVEN, links, rows, scale, smooth, trust};
+use crate::surface::atlas::{Atlas, Lists, UNEVEN_ERRORS, links, rows, scale, smooth, trust};
 use crate::{Vector, parallel};
 
 /// A chart with the points that it was fitted to and the points of its cell, as tree indices.
@@ -34,7 +34,7 @@ impl<const D: usize> Built<D> {
             .iter()
             .map(|i| (tree.points[*i as usize] - chart.origin).norm())
             .fold(2.0 * chart.spacing, f64::max);
-        chart.radius = chart.radius.max(MARGIN * extent);
+        chart.radius = chart.radius.max(SUPPORT_MARGIN * extent);
         Self {
             chart,
             members,
@@ -55,7 +55,7 @@ pub(super) struct Draft<const D: usize> {
 }
 
 /// Length that one element of a path may span where charts are noisy, in radii of charts.
-const DETAIL: f64 = 2.0;
+const DETAIL_RADII: f64 = 2.0;
 /// Most points of a cell of a grid that are looked at together.
 const MOST_POINTS: usize = 512;
 /// Most turns in which charts that agree with none are dropped: where some are gone, others may be
@@ -65,7 +65,7 @@ const MOST_TURNS: usize = 3;
 /// to.
 const ADOPTERS: usize = 32;
 /// Factor by which a chart's support reaches farther than its own points.
-const MARGIN: f64 = 1.25;
+const SUPPORT_MARGIN: f64 = 1.25;
 
 impl<const D: usize> Atlas<D> {
     /// Makes a smooth surface of dimension `intrinsic_dimension` through the points. Its cells are
@@ -228,7 +228,7 @@ impl<const D: usize> Draft<D> {
 /// [`Surface::detail`](crate::surface::Surface::detail).
 pub(super) fn detail<const D: usize>(charts: &[Chart<D>]) -> f64 {
     if roughness(charts) > NOISY {
-        DETAIL * median(charts.iter().map(|c| c.radius))
+        DETAIL_RADII * median(charts.iter().map(|c| c.radius))
     } else {
         0.0
     }
@@ -242,7 +242,9 @@ pub(super) fn roughness<const D: usize>(charts: &[Chart<D>]) -> f64 {
 /// Whether the heights of some charts err by far more than those of others.
 pub(super) fn uneven<const D: usize>(charts: &[Chart<D>]) -> bool {
     let usual = median(charts.iter().map(|c| c.height_error));
-    charts.iter().any(|c| c.height_error > UNEVEN * usual)
+    charts
+        .iter()
+        .any(|c| c.height_error > UNEVEN_ERRORS * usual)
 }
 
 /// The tree's points by the cell of a grid that holds them; cells of very many points come in
@@ -310,9 +312,9 @@ fn cell<const D: usize>(
         };
         let steep = scale::steep_distance(tree, monomials, &chart, &members);
         let away = |i: &u32| (tree.points[*i as usize] - chart.origin).norm();
-        let (own, rest): (Vec<u32>, Vec<u32>) = left
-            .iter()
-            .partition(|i| **i == seed || (members.contains(i) && MARGIN * away(i) <= steep));
+        let (own, rest): (Vec<u32>, Vec<u32>) = left.iter().partition(|i| {
+            **i == seed || (members.contains(i) && SUPPORT_MARGIN * away(i) <= steep)
+        });
         left = rest;
         chart.radius = chart.radius.min(steep);
         built.push(Built::new(tree, chart, members, own));

@@ -161,11 +161,11 @@ impl<const D: usize> Chart<D> {
         for j in 0..k {
             u[j] = self.frame.column(m + j).dot(offset) * inverse;
         }
-        let (mut slopes, mut bends) = ([0.0; D], [[0.0; D]; D]);
-        let bends = &mut bends.as_flattened_mut()[..k * k];
+        let (mut slopes, mut seconds) = ([0.0; D], [[0.0; D]; D]);
+        let seconds = &mut seconds.as_flattened_mut()[..k * k];
         let count = self.coefficients.len() / m;
         let coefficients = &self.coefficients[a * count..(a + 1) * count];
-        let height = monomials.evaluate(coefficients, &u[..k], &mut slopes[..k], bends);
+        let height = monomials.evaluate(coefficients, &u[..k], &mut slopes[..k], seconds);
         let normal = self.frame.column(a);
         let mut jet = Jet {
             value: normal.dot(offset) - height,
@@ -175,11 +175,11 @@ impl<const D: usize> Chart<D> {
         for i in 0..k {
             let tangent = self.frame.column(m + i);
             jet.gradient -= tangent * (slopes[i] * inverse);
-            let mut bent = Vector::<D>::zeros();
+            let mut second = Vector::<D>::zeros();
             for j in 0..k {
-                bent -= self.frame.column(m + j) * (bends[i * k + j] * inverse * inverse);
+                second -= self.frame.column(m + j) * (seconds[i * k + j] * inverse * inverse);
             }
-            jet.bend(|i, j| tangent[i] * bent[j]);
+            jet.add_hessian(|i, j| tangent[i] * second[j]);
         }
         jet
     }

@@ -11,22 +11,22 @@ use crate::surface::atlas::rim::Disc;
 use crate::surface::atlas::{Atlas, ChartIndex};
 
 /// Least length that is accepted; the largest one is its inverse.
-const SMALLEST: f64 = 1e-100;
+const SMALLEST_LENGTH: f64 = 1e-100;
 /// Largest radius of a chart, as a multiple of its scale (the reach of the points that it was
 /// fitted to).
-pub(super) const FARTHEST: f64 = 8.0;
+pub(super) const LARGEST_RADIUS: f64 = 8.0;
 /// Largest distance between points on a chart, in radii.
 const SPARSEST: f64 = 10.0;
 /// Largest residual and height error of a chart, in radii.
 const ROUGHEST: f64 = 10.0;
 /// Largest height of a chart at its radius, in radii.
-const STEEPEST: f64 = 1e4;
+const HIGHEST: f64 = 1e4;
 /// Largest ratio of the radii of two charts beside each other.
-const UNEVEN: f64 = 1e3;
+const RADIUS_RATIO: f64 = 1e3;
 /// Least distance between the origins of two charts beside each other, in radii of the smaller.
-const NEAREST: f64 = 1e-3;
+const CLOSEST_ORIGINS: f64 = 1e-3;
 /// Largest distance between the origins of two charts beside each other, in sums of their radii.
-const APART: f64 = 20.0;
+const FARTHEST_APART: f64 = 20.0;
 /// Radii of the discs of a rim (the boundary of the surface), in spacings.
 const DISCS: std::ops::RangeInclusive<f64> = 1e-2..=1e3;
 /// Largest distance of the points that discs touch from the chart's origin, in radii.
@@ -34,9 +34,9 @@ const TOUCHED: f64 = 4.0;
 /// Largest length of rim that one disc may stand for, in radii of the disc.
 const LONGEST_SHARE: f64 = 1e3;
 /// Rounding that is allowed in unit vectors, and in distances that are sorted.
-const ROUNDING: f64 = 1e-9;
+const UNIT_ROUNDING: f64 = 1e-9;
 /// Least wavelength of detail in the smallest radius, and largest in the largest radius.
-const DETAIL: [f64; 2] = [0.1, 10.0];
+const WAVELENGTHS: [f64; 2] = [0.1, 10.0];
 
 /// Refuses charts that no reader of the model would take, so that what was fitted can be kept.
 pub(super) fn fitted<const D: usize>(atlas: &Atlas<D>) -> Result<(), Error> {
@@ -78,11 +78,11 @@ pub(super) fn lengths<const D: usize>(
         height_error,
         ..
     } = chart;
-    let known = SMALLEST..=1.0 / SMALLEST;
+    let known = SMALLEST_LENGTH..=1.0 / SMALLEST_LENGTH;
     within(i, "radius", *radius, *known.start(), *known.end())?;
     let farthest = chart.origin.amax();
     within(i, "an origin at", farthest, 0.0, *known.end())?;
-    within(i, "scale", *scale, radius / FARTHEST, *known.end())?;
+    within(i, "scale", *scale, radius / LARGEST_RADIUS, *known.end())?;
     within(i, "spacing", *spacing, *known.start(), SPARSEST * radius)?;
     within(i, "residual", *residual, 0.0, ROUGHEST * radius)?;
     within(i, "height_error", *height_error, 0.0, ROUGHEST * radius)?;
@@ -90,13 +90,13 @@ pub(super) fn lengths<const D: usize>(
     let ratio = (radius / scale).max(1.0).powi(i32::from(chart.degree));
     for heights in chart.coefficients.chunks(count) {
         let highest = ratio * heights.iter().map(|c| c.abs()).sum::<f64>();
-        within(i, "heights up to", highest, 0.0, STEEPEST * radius)?;
+        within(i, "heights up to", highest, 0.0, HIGHEST * radius)?;
         within(
             i,
             "a height at the origin of",
             heights[0].abs(),
             0.0,
-            ROUNDING * radius,
+            UNIT_ROUNDING * radius,
         )?;
     }
     Ok(())
@@ -110,7 +110,13 @@ pub(super) fn discs<const D: usize>(
 ) -> Result<(), Error> {
     for disc in discs {
         let off = (disc.outward.norm() - 1.0).abs();
-        within(i, "a rim's outward off unit length by", off, 0.0, ROUNDING)?;
+        within(
+            i,
+            "a rim's outward off unit length by",
+            off,
+            0.0,
+            UNIT_ROUNDING,
+        )?;
         let [least, most] = [DISCS.start(), DISCS.end()].map(|s| s * chart.spacing);
         within(i, "rim radius", disc.radius, least, most)?;
         within(i, "rim share", disc.share, 0.0, LONGEST_SHARE * disc.radius)?;
@@ -142,11 +148,17 @@ pub(super) fn beside<const D: usize>(
             (other.radius, chart.radius)
         };
         let name = |what: &str| format!("{what} neighbour {j} of");
-        within(i, &name("beside"), large, 0.0, UNEVEN * small)?;
+        within(i, &name("beside"), large, 0.0, RADIUS_RATIO * small)?;
         let gap = (other.origin - chart.origin).norm();
-        let most = APART * (small + large);
-        within(i, &name("a distance to"), gap, NEAREST * small, most)?;
-        expect(Some(i), gap >= before * (1.0 - ROUNDING), || {
+        let most = FARTHEST_APART * (small + large);
+        within(
+            i,
+            &name("a distance to"),
+            gap,
+            CLOSEST_ORIGINS * small,
+            most,
+        )?;
+        expect(Some(i), gap >= before * (1.0 - UNIT_ROUNDING), || {
             (
                 format!("neighbour {j} at {gap:e} behind one at {before:e}"),
                 "neighbours by distance".to_owned(),
@@ -160,8 +172,8 @@ pub(super) fn beside<const D: usize>(
 /// Refuses a wavelength of the finest detail that does not fit the charts.
 pub(super) fn detail<const D: usize>(detail: f64, charts: &[Chart<D>]) -> Result<(), Error> {
     let radii = || charts.iter().map(|chart| chart.radius);
-    let least = DETAIL[0] * radii().fold(f64::INFINITY, f64::min);
-    let most = DETAIL[1] * radii().fold(0.0, f64::max);
+    let least = WAVELENGTHS[0] * radii().fold(f64::INFINITY, f64::min);
+    let most = WAVELENGTHS[1] * radii().fold(0.0, f64::max);
     let holds = detail == 0.0 || (least..=most).contains(&detail);
     expect(None, holds, || {
         (

@@ -11,20 +11,20 @@ use crate::Vector;
 use crate::spatial::principal;
 use crate::surface::atlas::build::{Built, Draft};
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::checks::FARTHEST;
-use crate::surface::atlas::links::{self, Link, STEEPEST};
+use crate::surface::atlas::checks::LARGEST_RADIUS;
+use crate::surface::atlas::links::{self, Link, STEEPEST_SECANT};
 use crate::surface::atlas::scale;
 use crate::surface::atlas::sheets::{Neighbourhood, Sheet, Workspace};
 
 /// Factor by which a chart reaches farther than the points that it stands for.
-const MARGIN: f64 = 1.6;
+const GROUP_MARGIN: f64 = 1.6;
 /// Share of a chart's radius within which its weight matters.
 const WEIGHED: f64 = 0.9;
 /// Least cosine of the angle between normals of a group.
-const WIDEST: f64 = 0.4;
+const WIDEST_GROUP: f64 = 0.4;
 
 /// Charts that stand for groups of other charts.
-pub(super) struct Cover<const D: usize> {
+pub(super) struct Covering<const D: usize> {
     pub built: Vec<Built<D>>,
     pub linked: Vec<Vec<Link>>,
     /// For each chart, the charts that it stands for.
@@ -33,7 +33,7 @@ pub(super) struct Cover<const D: usize> {
 
 /// Covers a draft by larger charts that keep to its points within `accuracy`, in the input's units.
 /// O(n log n).
-pub(super) fn cover<const D: usize>(draft: &Draft<D>, accuracy: f64) -> Cover<D> {
+pub(super) fn cover<const D: usize>(draft: &Draft<D>, accuracy: f64) -> Covering<D> {
     let all = links::groups(&draft.linked);
     let larger = Larger {
         draft,
@@ -46,7 +46,7 @@ pub(super) fn cover<const D: usize>(draft: &Draft<D>, accuracy: f64) -> Cover<D>
     let (groups, built): (Vec<_>, Vec<_>) = components
         .flat_map(|component| larger.halved(component.to_vec()))
         .unzip();
-    Cover {
+    Covering {
         linked: linked(draft, &groups, &built),
         built,
         groups,
@@ -151,7 +151,7 @@ impl<const D: usize> Larger<'_, D> {
             .iter()
             .map(|p| (point(p) - centre).norm())
             .fold(0.0, f64::max);
-        let radius = MARGIN * far.max(2.0 * self.chart(middle).spacing);
+        let radius = GROUP_MARGIN * far.max(2.0 * self.chart(middle).spacing);
         let members = self.members(middle, &centre, radius);
         let sheet = Sheet::new(&draft.tree, &draft.monomials, seed);
         let neighbourhood = Neighbourhood {
@@ -161,7 +161,7 @@ impl<const D: usize> Larger<'_, D> {
         let fitted = scale::fit_chart(&sheet, &neighbourhood, &mut Workspace::default())?;
         let mut chart = fitted.chart;
         // The middle chart may know points that are farther off than these.
-        chart.radius = radius.min(FARTHEST * chart.scale);
+        chart.radius = radius.min(LARGEST_RADIUS * chart.scale);
         chart.height_error = chart.residual;
         let members = neighbourhood.members;
         let m = D - draft.monomials.variables;
@@ -174,7 +174,7 @@ impl<const D: usize> Larger<'_, D> {
             chart.offsets(&draft.monomials, &x, &mut offsets);
             let squared: f64 = offsets[..m].iter().map(|v| v * v).sum();
             squared <= self.accuracy * self.accuracy
-                && chart.steepness(&draft.monomials, &x) <= STEEPEST
+                && chart.steepness(&draft.monomials, &x) <= STEEPEST_SECANT
         };
         members.iter().all(keeps).then_some(Built {
             chart,
@@ -190,7 +190,7 @@ impl<const D: usize> Larger<'_, D> {
         m > 1
             || group
                 .iter()
-                .all(|i| normal.dot(&self.chart(*i).frame.column(0)).abs() >= WIDEST)
+                .all(|i| normal.dot(&self.chart(*i).frame.column(0)).abs() >= WIDEST_GROUP)
     }
 
     /// The points within a radius that links lead to from a chart.

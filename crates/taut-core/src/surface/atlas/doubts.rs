@@ -48,24 +48,25 @@ const NEAR_SHEET: f64 = 2.0;
 /// Distance that is added to [`NEAR_SHEET`] where there is noise, in deviations of the noise.
 const DEVIATIONS: f64 = 4.0;
 /// Most charts that are looked at for other sheets.
-const LOOKED_AT: usize = 500;
+const CHARTS_LOOKED_AT: usize = 500;
 /// Most points whose neighbours are looked at for the dimension.
 const SAMPLED: usize = 64;
 /// Least number of neighbours per dimension plus two; with fewer, the directions are chance.
-const FEWEST: usize = 4;
+const FEWEST_NEIGHBOURS: usize = 4;
 /// Largest spread of points along the last dimension, as a share of that along the one before it,
 /// where the last dimension is none: among the usual neighbours, and among twice as many.
-const FLAT: [f64; 2] = [0.3, 0.4];
+const FLAT_SPREADS: [f64; 2] = [0.3, 0.4];
 /// Least spread of points across the surface, at all scales, as a share of that along the dimension
 /// before, where the surface has one more dimension.
 const THICK: f64 = 0.5;
 /// Distance by which an end must be moved onto the surface to count as off it, in residuals of the
 /// chart there.
-const OFF: f64 = 6.0;
-/// Distance that is added to [`OFF`] residuals for an end to count as off the surface, in spacings.
+const OFF_RESIDUALS: f64 = 6.0;
+/// Distance that is added to [`OFF_RESIDUALS`] residuals for an end to count as off the surface, in
+/// spacings.
 const OFF_SPACINGS: f64 = 0.2;
-/// Largest residual of a chart that counts for [`OFF`], in usual residuals of the cloud, because
-/// charts between outliers leave more.
+/// Largest residual of a chart that counts for [`OFF_RESIDUALS`], in usual residuals of the cloud,
+/// because charts between outliers leave more.
 const TWICE: f64 = 2.0;
 
 impl<const D: usize> Atlas<D> {
@@ -100,12 +101,12 @@ impl<const D: usize> Atlas<D> {
     fn usually_off(&self, chart: &Chart<D>) -> f64 {
         // Charts between outliers leave more than others do.
         let residual = chart.residual.min(TWICE * self.roughness * chart.spacing);
-        OFF * residual + OFF_SPACINGS * chart.spacing
+        OFF_RESIDUALS * residual + OFF_SPACINGS * chart.spacing
     }
 
     /// Whether a point of the cloud may lie off the surface: it lies farther from its chart than
-    /// points usually do, or outliers have bent the chart. Only clouds with points that no chart
-    /// fits have such points.
+    /// points usually do, or outliers have pulled the chart off. Only clouds with points that no
+    /// chart fits have such points.
     pub(crate) fn is_off(&self, point: usize) -> bool {
         if self.outliers == 0 {
             return false;
@@ -124,7 +125,7 @@ impl<const D: usize> Atlas<D> {
 
     /// The doubt about other sheets, if there is one.
     fn near_sheet(&self) -> Option<Doubt> {
-        let step = self.charts.len().div_ceil(LOOKED_AT).max(1);
+        let step = self.charts.len().div_ceil(CHARTS_LOOKED_AT).max(1);
         let looked_at = self.charts.len().div_ceil(step);
         let noises = self.charts.iter().step_by(step);
         let noises = sorted(noises.map(|c| c.residual / c.spacing));
@@ -146,8 +147,11 @@ impl<const D: usize> Atlas<D> {
         let wider = |factor: usize| self.spreads(factor * usual);
         if k >= 2 {
             let flat = |spreads: &[f64; D], most: f64| spreads[k - 1] < most * spreads[k - 2];
-            if flat(&same, FLAT[0]) && flat(&wider(2).unwrap_or(same), FLAT[1]) {
-                let along = same.iter().take_while(|spread| **spread > FLAT[1]).count();
+            if flat(&same, FLAT_SPREADS[0]) && flat(&wider(2).unwrap_or(same), FLAT_SPREADS[1]) {
+                let along = same
+                    .iter()
+                    .take_while(|spread| **spread > FLAT_SPREADS[1])
+                    .count();
                 return Some(along.clamp(1, k - 1));
             }
         }
@@ -173,7 +177,9 @@ impl<const D: usize> Atlas<D> {
     /// has hardly more points.
     fn spreads(&self, neighbours: usize) -> Option<[f64; D]> {
         let points = &self.tree.points;
-        if points.len() < 3 * neighbours || neighbours < FEWEST * (self.monomials.variables + 2) {
+        if points.len() < 3 * neighbours
+            || neighbours < FEWEST_NEIGHBOURS * (self.monomials.variables + 2)
+        {
             return None;
         }
         let step = points.len().div_ceil(SAMPLED);

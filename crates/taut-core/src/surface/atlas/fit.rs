@@ -97,7 +97,7 @@ pub(crate) struct LeastSquares {
 const PROBED: usize = 64;
 
 /// Weight of a sample above which it helps to say how far off the fit samples usually lie.
-const INNER: f64 = 0.25;
+const INNER_WEIGHT: f64 = 0.25;
 /// The median of a normal deviate's square.
 const MEDIAN_SQUARE: f64 = 0.455;
 /// Least share that a sample's own weight in the fit at its place must leave to the others for it
@@ -106,7 +106,7 @@ const LEAST_LEFT: f64 = 0.5;
 /// Factor by which a stray's square exceeds the largest of noise, as medians of few samples err.
 const STRAY: f64 = 2.5;
 /// Number of samples beside a stray that are compared with it.
-const BESIDE: usize = 5;
+const STRAY_NEIGHBOURS: usize = 5;
 /// Factor by which the square of a stray exceeds the median square of the samples beside it.
 const ALONE: f64 = 25.0;
 /// Strays are no more than one in this many samples.
@@ -253,7 +253,7 @@ impl LeastSquares {
             let left = 1.0 - weight * *leverage;
             // Where a sample decides for itself, the others do not tell whether it is far off.
             *leverage = if left >= LEAST_LEFT {
-                (weight / INNER).min(1.0) / (left * left)
+                (weight / INNER_WEIGHT).min(1.0) / (left * left)
             } else {
                 0.0
             };
@@ -269,7 +269,7 @@ impl LeastSquares {
         let sorted = &mut self.sorted;
         sorted.clear();
         let inner = squares.iter().zip(&samples.weights);
-        sorted.extend(inner.filter(|s| *s.1 > INNER).map(|s| *s.0));
+        sorted.extend(inner.filter(|s| *s.1 > INNER_WEIGHT).map(|s| *s.0));
         let middle = sorted.len() / 2;
         if middle == 0 {
             return;
@@ -290,18 +290,18 @@ impl LeastSquares {
     /// detail that the polynomial does not follow, they are off as well.
     fn is_alone(&self, samples: &Samples, stray: usize) -> bool {
         let rows = self.rows;
-        let mut beside = [(f64::INFINITY, 0.0); BESIDE];
+        let mut beside = [(f64::INFINITY, 0.0); STRAY_NEIGHBOURS];
         for i in (0..rows).filter(|i| *i != stray) {
             let columns = samples.coordinates.chunks_exact(rows);
             let squared: f64 = columns.map(|c| (c[i] - c[stray]).powi(2)).sum();
-            if squared < beside[BESIDE - 1].0 {
-                beside[BESIDE - 1] = (squared, self.squares[i]);
+            if squared < beside[STRAY_NEIGHBOURS - 1].0 {
+                beside[STRAY_NEIGHBOURS - 1] = (squared, self.squares[i]);
                 beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
         let mut off = beside.map(|b| b.1);
         off.sort_unstable_by(f64::total_cmp);
-        off[BESIDE / 2] * ALONE < self.squares[stray]
+        off[STRAY_NEIGHBOURS / 2] * ALONE < self.squares[stray]
     }
 
     /// Correlation of each sample's residual with that of its nearest neighbour: near 0 for noise,

@@ -10,7 +10,7 @@ use crate::surface::Geometry;
 use crate::surface::atlas::Atlas;
 use crate::surface::atlas::build::Draft;
 use crate::surface::atlas::checks;
-use crate::surface::atlas::cover::{Cover, cover};
+use crate::surface::atlas::cover::{Covering, cover};
 use crate::surface::atlas::orient::{Orientation, orient, turn};
 use crate::surface::atlas::rim::Rim;
 use crate::{Vector, parallel};
@@ -77,7 +77,7 @@ impl<const D: usize> Atlas<D> {
         let draft = Draft::of_leaves(cloud, intrinsic_dimension)?;
         // The rims are found on the small charts, before larger ones replace these.
         let rim = Rim::new(&draft, &draft.neighbours().0);
-        let Cover {
+        let Covering {
             built,
             linked,
             groups,

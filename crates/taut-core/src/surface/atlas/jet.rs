@@ -39,7 +39,7 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
             gradient: offset * falling,
             hessian: Matrix::zeros(),
         };
-        weight.bend(|i, j| curving[i] * offset[j] + if i == j { falling } else { 0.0 });
+        weight.add_hessian(|i, j| curving[i] * offset[j] + if i == j { falling } else { 0.0 });
         weight
     }
 
@@ -47,7 +47,7 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
     pub fn add(&mut self, other: &Self) {
         self.value += other.value;
         self.gradient += other.gradient;
-        self.bend(|i, j| other.hessian[(i, j)]);
+        self.add_hessian(|i, j| other.hessian[(i, j)]);
     }
 
     /// Adds `factor` times the product of two functions.
@@ -57,7 +57,7 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
         let scale = factor * f.value;
         self.value += f.value * value;
         self.gradient += slope * f.value + f.gradient * value;
-        self.bend(|i, j| {
+        self.add_hessian(|i, j| {
             f.hessian[(i, j)] * value
                 + g.hessian[(i, j)] * scale
                 + f.gradient[i] * slope[j]
@@ -75,7 +75,7 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
             gradient,
             hessian: Matrix::zeros(),
         };
-        quotient.bend(|i, j| {
+        quotient.add_hessian(|i, j| {
             let crossed = gradient[i] * by.gradient[j] + by.gradient[i] * gradient[j];
             (self.hessian[(i, j)] - by.hessian[(i, j)] * value - crossed) * inverse
         });
@@ -84,7 +84,7 @@ impl<const D: usize, const HESSIAN: bool> Jet<D, HESSIAN> {
 
     /// Adds entries to the Hessian's lower triangle, where there is one.
     #[inline(always)]
-    pub fn bend(&mut self, entry: impl Fn(usize, usize) -> f64) {
+    pub fn add_hessian(&mut self, entry: impl Fn(usize, usize) -> f64) {
         if HESSIAN {
             for j in 0..D {
                 for i in j..D {

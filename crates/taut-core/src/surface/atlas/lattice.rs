@@ -11,7 +11,7 @@ const POINTS: std::ops::RangeInclusive<usize> = 24..=400;
 /// Number of points that suffices for smooth surfaces; models of few charts have this many.
 const SUFFICE: usize = 16_000;
 /// Most points of a model, no more than clouds of usual size have.
-const MOST: usize = 400_000;
+const MOST_LATTICE: usize = 400_000;
 /// Growth of the spacing, as a share of the way from a chart to the next.
 const GRADING: f64 = 0.3;
 /// Number of steps from the middle of a chart to its edge by which its area is measured.
@@ -25,7 +25,7 @@ impl<const D: usize> Atlas<D> {
     pub(crate) fn spread(&self) -> Vec<Node<D, ChartIndex>> {
         let charts = self.charts.len();
         let most = SUFFICE.min(charts * POINTS.end());
-        let wanted = (charts * POINTS.start()).max(most).min(MOST);
+        let wanted = (charts * POINTS.start()).max(most).min(MOST_LATTICE);
         let sizes = parallel::map(charts, |i| self.graded(i as ChartIndex));
         let areas = parallel::map(charts, |i| self.own_area(i as ChartIndex));
         let cells = sizes.iter().zip(&areas);

@@ -9,7 +9,7 @@ use crate::surface::atlas::polynomial::Monomials;
 use crate::{Vector, parallel};
 
 /// Roughness, as a multiple of the usual one, above which a chart is linked to none.
-const ROUGH: f64 = 5.0;
+const ROUGHER: f64 = 5.0;
 /// Roughness, in spacings, up to which a chart may be linked in any case.
 const ROUGH_SPACINGS: f64 = 0.5;
 /// Number of own points below which a group of charts is stray if others claim its points too.
@@ -29,11 +29,11 @@ const LESS: f64 = 0.85;
 const WORSE: f64 = 1.6;
 /// Largest secant of the angle between a chart's surface and its plane: a chart means nothing where
 /// its surface is steeper than 60 degrees.
-pub(super) const STEEPEST: f64 = 2.0;
+pub(super) const STEEPEST_SECANT: f64 = 2.0;
 /// Least squared cosine of the angle between the normals of charts that agree.
-const ALONG: f64 = 0.5;
+const ALIGNED: f64 = 0.5;
 /// Largest distance of a point from two charts that agree there, in spacings.
-const SLACK: f64 = 0.35;
+const AGREEING: f64 = 0.35;
 
 /// A chart that continues another, and whether its normal points to the same side (1) or not (-1).
 pub(super) type Link = (u32, i8);
@@ -259,7 +259,7 @@ impl Usual {
 
     /// Whether a chart fits its points much worse than others do.
     fn rough<const D: usize>(&self, chart: &Chart<D>) -> bool {
-        chart.residual > chart.spacing * (ROUGH * self.roughness).max(ROUGH_SPACINGS)
+        chart.residual > chart.spacing * (ROUGHER * self.roughness).max(ROUGH_SPACINGS)
     }
 
     /// Whether both charts' surfaces pass near a point that they share, in the same direction: 1
@@ -278,17 +278,17 @@ impl Usual {
         b.jet(monomials, x, &mut other);
         let limit = 3.0 * self.height_error;
         let errors = a.height_error.min(limit) + b.height_error.min(limit);
-        let slack = SLACK * a.spacing.max(b.spacing) + 3.0 * errors;
+        let slack = AGREEING * a.spacing.max(b.spacing) + 3.0 * errors;
         let passes = |jet: &ChartJet<D>| {
             let slopes = &jet.gradient[..m];
             let heights = jet.value[..m].iter().zip(slopes);
             let squared: f64 = heights.map(|(v, g)| v * v / g.norm_squared()).sum();
-            squared <= slack * slack && slopes.iter().all(|g| g.norm() <= STEEPEST)
+            squared <= slack * slack && slopes.iter().all(|g| g.norm() <= STEEPEST_SECANT)
         };
         let along = |normal: &Vector<D>| {
             let cosines = other.gradient[..m].iter();
             let squared = cosines.map(|g| normal.dot(g).powi(2) / g.norm_squared());
-            squared.sum::<f64>() >= ALONG * normal.norm_squared()
+            squared.sum::<f64>() >= ALIGNED * normal.norm_squared()
         };
         (passes(&one) && passes(&other) && one.gradient[..m].iter().all(along)).then(|| {
             if one.gradient[0].dot(&other.gradient[0]) >= 0.0 {

@@ -56,18 +56,18 @@ const CROSSING: f64 = 0.75;
 const FARTHER: f64 = 1.5;
 /// Distance that is added to [`FARTHER`] distances of the nearest chart, in residuals of that
 /// chart.
-const AROUND: f64 = 5.0;
+const FARTHER_RESIDUALS: f64 = 5.0;
 /// Slack of feet on a single chart, in radii.
-const SLACK: f64 = 1e-6;
+const FOOT_SLACK: f64 = 1e-6;
 /// Error of the worst chart, in median errors of the charts, above which errors are looked at
 /// everywhere along paths.
-pub(crate) const UNEVEN: f64 = 20.0;
+pub(crate) const UNEVEN_ERRORS: f64 = 20.0;
 /// Most places between two nodes at which errors are looked at along a path.
 const MOST_PIECES: f64 = 64.0;
 /// Longest step across the ripples of a chart that does not stand alone, in its radii.
 const RIPPLES: f64 = 0.5;
 /// Number of charts that are looked at together for those that overlap a point.
-const LOOKED_AT: usize = 32;
+const CHARTS_TOGETHER: usize = 32;
 
 /// A smooth surface through a point cloud.
 pub struct Atlas<const D: usize> {
@@ -203,7 +203,8 @@ impl<const D: usize> Atlas<D> {
             return node;
         }
         // A foot much farther off than the chart passes belongs to another sheet, or to none.
-        let close = FARTHER * (nearest - x).norm() + AROUND * self.charts[chart as usize].residual;
+        let close = FARTHER * (nearest - x).norm()
+            + FARTHER_RESIDUALS * self.charts[chart as usize].residual;
         if node
             .as_ref()
             .is_ok_and(|node| (node.point - x).norm() <= close)
@@ -306,7 +307,7 @@ impl<const D: usize> Atlas<D> {
         &self,
         x: &Vector<D>,
         list: &[ChartIndex],
-        found: &mut [usize; LOOKED_AT],
+        found: &mut [usize; CHARTS_TOGETHER],
     ) -> usize {
         let mut count = 0;
         for (place, index) in list.iter().enumerate() {
@@ -366,9 +367,9 @@ impl<const D: usize> Atlas<D> {
         let home_chart = &self.charts[home as usize];
         let mut sums = [Jet::<D, HESSIANS>::zero(); D];
         let mut total = Jet::zero();
-        let mut found = [0; LOOKED_AT];
-        let lists = self.neighbours.of(home).chunks(LOOKED_AT);
-        let sides = self.sides[self.neighbours.range(home)].chunks(LOOKED_AT);
+        let mut found = [0; CHARTS_TOGETHER];
+        let lists = self.neighbours.of(home).chunks(CHARTS_TOGETHER);
+        let sides = self.sides[self.neighbours.range(home)].chunks(CHARTS_TOGETHER);
         for (list, sides) in lists.zip(sides) {
             let count = self.overlapping(x, list, &mut found);
             for place in &found[..count] {
@@ -479,7 +480,7 @@ impl<const D: usize> LevelSet<D> for SingleCharts<'_, D> {
     }
 
     fn slack(&self) -> f64 {
-        SLACK
+        FOOT_SLACK
     }
 }
 

@@ -36,7 +36,7 @@ pub struct Report {
 }
 
 /// Largest distance at which another sheet is looked for, in spacings.
-const LOOK: f64 = 8.0;
+const SHEET_LOOK: f64 = 8.0;
 
 impl<const D: usize> Atlas<D> {
     /// Facts about the cloud. O(n log n).
@@ -48,7 +48,9 @@ impl<const D: usize> Atlas<D> {
         for chart in &self.charts {
             degrees[usize::from(chart.degree) - 1] += 1;
         }
-        let others = parallel::map(self.charts.len(), |i| self.other_sheet(i as u32, LOOK));
+        let others = parallel::map(self.charts.len(), |i| {
+            self.other_sheet(i as u32, SHEET_LOOK)
+        });
         let others = sorted(others.into_iter().flatten());
         Report {
             intrinsic_dimension: self.monomials.variables,

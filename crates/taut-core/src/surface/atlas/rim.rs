@@ -14,10 +14,10 @@ use crate::{Vector, parallel};
 pub(crate) const DISC_SPACINGS: f64 = 2.5;
 /// Least number of discs that reach one another; fewer are a thin spot in the sampling, because a
 /// hole wide enough for a disc has a rim of six of its radii.
-const FEWEST: usize = 6;
+const FEWEST_DISCS: usize = 6;
 /// Largest distance, in radii, to the centres of discs that a rim goes on to: an empty disc may
 /// touch points that are twice its radius apart.
-const FARTHEST: f64 = 2.0;
+const FARTHEST_DISC: f64 = 2.0;
 /// Number of cells of points along the longest chord that is looked at.
 const CELLS_A_CHORD: f64 = 3.0;
 /// Most cells of points along a chart.
@@ -149,9 +149,9 @@ impl<const D: usize> Rim<D> {
     }
 }
 
-/// Which discs make a rim. These are the discs of chains of at least [`FEWEST`], each centre within
-/// the radius of the next, and the discs to which such a chain goes on where points at the rim are
-/// far apart.
+/// Which discs make a rim. These are the discs of chains of at least [`FEWEST_DISCS`], each centre
+/// within the radius of the next, and the discs to which such a chain goes on where points at the
+/// rim are far apart.
 fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec<bool>> {
     let none = || lists.iter().map(|list| vec![false; list.len()]).collect();
     // This adds to a chain, from its discs on, what they reach and no chain has taken.
@@ -181,7 +181,7 @@ fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec
             taken[first][i] = true;
             let mut chain = vec![(first, i)];
             extend(&mut chain, &mut taken, 1.0);
-            if chain.len() >= FEWEST {
+            if chain.len() >= FEWEST_DISCS {
                 for (chart, i) in &chain {
                     kept[*chart][*i] = true;
                 }
@@ -189,7 +189,7 @@ fn chains<const D: usize>(lists: &[Vec<Disc<D>>], neighbours: &Lists) -> Vec<Vec
             }
         }
     }
-    extend(&mut rims, &mut kept, FARTHEST);
+    extend(&mut rims, &mut kept, FARTHEST_DISC);
     kept
 }
 

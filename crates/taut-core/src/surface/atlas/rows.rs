@@ -17,7 +17,7 @@ use crate::{Vector, parallel};
 /// Largest cosine of the angle between two points for them to be seen on opposite sides.
 const OPPOSITE: f64 = -0.5;
 /// Number of points that may be neighbours across rows.
-const LOOKED_AT: usize = 63;
+const ROW_NEIGHBOURS: usize = 63;
 /// Distance of neighbours, in distances of points on a row, above which points are put between
 /// them.
 const LONG: f64 = 2.0;
@@ -34,7 +34,7 @@ const HEIGHT: f64 = 4.0;
 /// degrees).
 const STEEP: f64 = 0.84;
 /// Least cosine of the angle between the normals of neighbours on one sheet.
-const ALONG: f64 = 0.5;
+const ALIGNED_NEIGHBOURS: f64 = 0.5;
 
 type Point = Vector<3>;
 
@@ -73,7 +73,7 @@ pub(super) fn between<const D: usize>(tree: &Tree<D>, looked_at: &[u32]) -> Vec<
             let length = (ends[1] - ends[0]).norm();
             let pieces = (length / (LONG * a.step.max(b.step))).ceil();
             let known = length <= a.longest.min(b.longest);
-            if pieces > 1.0 && known && a.normal.dot(&b.normal).abs() >= ALONG {
+            if pieces > 1.0 && known && a.normal.dot(&b.normal).abs() >= ALIGNED_NEIGHBOURS {
                 let inner = 1..pieces as usize;
                 let at = |l| cubic(ends, [a.normal, b.normal], l as f64 / pieces);
                 added.extend(inner.map(at).map(|x| Vector::from_fn(|axis, _| x[axis])));
@@ -94,7 +94,7 @@ fn in_space<const D: usize>(x: &Vector<D>) -> Point {
 /// The star of a point; `None` where it lies on no row or at a rim.
 fn star<const D: usize>(tree: &Tree<D>, point: u32, found: &mut Vec<Neighbour>) -> Option<Star> {
     let centre = &tree.points[point as usize];
-    tree.nearest(centre, LOOKED_AT + 1, found);
+    tree.nearest(centre, ROW_NEIGHBOURS + 1, found);
     let offset = |n: &Neighbour| in_space(&(tree.points[n.index as usize] - centre));
     let near: Vec<Neighbour> = found.iter().filter(|n| n.index != point).copied().collect();
     let offsets: Vec<Point> = near.iter().map(offset).collect();

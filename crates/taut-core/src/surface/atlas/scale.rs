@@ -2,7 +2,7 @@
 
 use crate::spatial::tree::Tree;
 use crate::surface::atlas::chart::Chart;
-use crate::surface::atlas::links::{STEEPEST, median};
+use crate::surface::atlas::links::{STEEPEST_SECANT, median};
 use crate::surface::atlas::polynomial::Monomials;
 use crate::surface::atlas::sheets::{self, Neighbourhood, Sheet, Workspace};
 use crate::{Matrix, Vector, parallel};
@@ -18,9 +18,9 @@ const DEGREE_GAIN: f64 = 0.95;
 /// leave-one-out error may be chance, and the polynomial runs away between the points.
 const POINTS_A_COEFFICIENT: usize = 2;
 /// Number of charts by which a cloud's roughness is judged.
-const JUDGED: usize = 64;
+const JUDGED_CHARTS: usize = 64;
 /// Scatter, in spacings, above which smoothing detail away shows in lengths.
-const ROUGH: f64 = 0.1;
+const ROUGH_SCATTER: f64 = 0.1;
 /// Share of the scatter that half of the points leave, below which it is detail: of noise they
 /// leave all.
 const DETAIL_LEFT: f64 = 0.88;
@@ -66,7 +66,7 @@ pub(super) fn gains<const D: usize>(
 ) -> Gains {
     let judged: Vec<&Vec<u32>> = cells
         .iter()
-        .step_by(cells.len().div_ceil(JUDGED).max(1))
+        .step_by(cells.len().div_ceil(JUDGED_CHARTS).max(1))
         .collect();
     let usual = usual_points(monomials);
     let residuals = |wanted: usize| -> Vec<Option<[f64; 2]>> {
@@ -83,7 +83,7 @@ pub(super) fn gains<const D: usize>(
         .iter()
         .flatten()
         .map(|[residual, spacing]| residual / spacing);
-    if median(roughness) < ROUGH {
+    if median(roughness) < ROUGH_SCATTER {
         return CAUTIOUS;
     }
     let half = residuals(usual / 2);
@@ -335,12 +335,12 @@ pub(super) fn steep_distance<const D: usize>(
     chart: &Chart<D>,
     members: &[u32],
 ) -> f64 {
-    if chart.steepest(monomials) <= STEEPEST {
+    if chart.steepest(monomials) <= STEEPEST_SECANT {
         return f64::INFINITY;
     }
     let away = members.iter().filter_map(|i| {
         let x = &tree.points[*i as usize];
-        let steep = chart.steepness(monomials, x) > STEEPEST;
+        let steep = chart.steepness(monomials, x) > STEEPEST_SECANT;
         steep.then(|| (x - chart.origin).norm())
     });
     away.fold(f64::INFINITY, f64::min)

@@ -24,7 +24,7 @@ pub(crate) struct Neighbourhood<const D: usize> {
 }
 
 /// Root of (scatter across / scatter along) below which points count as flat.
-const FLAT: f64 = 0.25;
+const FLAT_SCATTER: f64 = 0.25;
 /// Least width of an empty interval of heights that separates sheets, in deviations of the sheet's
 /// own heights.
 const GAP_DEVIATIONS: f64 = 4.0;
@@ -53,7 +53,7 @@ pub(crate) struct Workspace<const D: usize> {
     kept: Vec<u32>,
     heights: Vec<f64>,
     sorted: Vec<f64>,
-    model: Model,
+    model: SheetHeights,
     pub samples: Samples,
     pub fit: LeastSquares,
     /// The points that lie far off the others, as places among the points last fitted.
@@ -246,7 +246,7 @@ fn first_plane<const D: usize>(tree: &Tree<D>, k: usize, found: &[Neighbour]) ->
     while size <= found.len().min(FIRST_POINTS) || flattest.is_none() {
         let size_here = size.min(found.len());
         if let Some(principal) = Principal::new(tree, &found[..size_here], k) {
-            if principal.flatness < FLAT
+            if principal.flatness < FLAT_SCATTER
                 && around
                     .as_ref()
                     .is_none_or(|a| a.sectors(&principal.frame) >= SURROUNDED)
@@ -441,14 +441,14 @@ fn scatter(deviations: impl Iterator<Item = f64>, memory: &mut Vec<f64>) -> f64 
 
 /// The sheet as known so far: a plane or a quadric.
 #[derive(Default)]
-struct Model {
+struct SheetHeights {
     coefficients: Vec<f64>,
     scale: f64,
     /// Scatter of the members about the model.
     deviation: f64,
 }
 
-impl Model {
+impl SheetHeights {
     /// Height over the model of a point in the frame: signed for one normal, the size of the height
     /// for several.
     fn height<const D: usize>(&self, k: usize, local: &Vector<D>) -> f64 {

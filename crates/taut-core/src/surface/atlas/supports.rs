@@ -6,7 +6,7 @@ use crate::surface::atlas::ChartIndex;
 use crate::surface::atlas::chart::Chart;
 
 /// Most charts of a leaf.
-const LEAF: usize = 4;
+const LEAF_CHARTS: usize = 4;
 
 /// A part of the charts, in a box that holds their supports; the halves of the part follow it.
 #[derive(Clone, Debug)]
@@ -73,7 +73,7 @@ impl<const D: usize> Supports<D> {
             range: range.clone(),
             second: None,
         });
-        if range.len() <= LEAF {
+        if range.len() <= LEAF_CHARTS {
             return;
         }
         let axis = widths.imax();

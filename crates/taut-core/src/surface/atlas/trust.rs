@@ -4,7 +4,7 @@
 use crate::surface::atlas::chart::Chart;
 use crate::surface::atlas::links::median;
 use crate::surface::atlas::scale::NOISY;
-use crate::surface::atlas::{ChartIndex, Lists, UNEVEN};
+use crate::surface::atlas::{ChartIndex, Lists, UNEVEN_ERRORS};
 use crate::{Vector, parallel};
 
 /// Median residual of the charts around, in spacings, above which all charts are trusted fully.
@@ -17,7 +17,7 @@ const USUAL: f64 = 3.0;
 /// residual is trusted.
 const POWER: i32 = 4;
 /// Error of a chart's height, in spacings, up to which its ripples do not matter.
-const SMOOTH: f64 = 1e-3;
+const SMOOTH_ERROR: f64 = 1e-3;
 
 /// Sets how far each chart is trusted, by the charts beside it, and how far the blend errs near it.
 pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists) {
@@ -34,7 +34,7 @@ pub(super) fn judge<const D: usize>(charts: &mut [Chart<D>], neighbours: &Lists)
     let usual = median(charts.iter().map(|chart| chart.height_error));
     for (chart, error) in charts.iter_mut().zip(errors) {
         chart.blend_error = error;
-        let most = (UNEVEN * usual).max(SMOOTH * chart.spacing);
+        let most = (UNEVEN_ERRORS * usual).max(SMOOTH_ERROR * chart.spacing);
         chart.stands_alone = chart.trust == 1.0 && chart.height_error <= most;
     }
 }

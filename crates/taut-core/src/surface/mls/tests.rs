@@ -150,7 +150,7 @@ fn layers_stay_apart() {
     let atlas = Atlas::new(cloud, 2).expect("roll");
     let geodesics = Geodesics::of_mls(atlas, None).expect("surface");
     let surface = geodesics.surface();
-    assert!(CUTOFF * surface.h() > 2.0 * 0.06);
+    assert!(CUTOFF_WEIGHTS * surface.h() > 2.0 * 0.06);
     for row in (0..unrolled.len()).step_by(61) {
         let node = surface.node_of_row(row).expect("node");
         let moved = (node.point - surface.atlas.cloud.points[row]).norm();
