@@ -1,8 +1,9 @@
-//! Whether the documents agree with the code: the thresholds that the pages on the method name, and
-//! the links between documents.
+//! Whether the documents agree with the code: the thresholds that the pages on the method name,
+//! the names in the glossary, and the links between documents.
 
 mod links;
 mod thresholds;
+mod words;
 
 use std::io;
 use std::path::{Path, PathBuf};
