@@ -150,20 +150,21 @@ fn is_constant(code: &str) -> bool {
         && code.chars().all(in_name)
 }
 
+/// A declaration without the word that says who sees it.
+fn visible(declaration: &str) -> &str {
+    let Some(rest) = declaration.strip_prefix("pub") else {
+        return declaration;
+    };
+    let to_some = rest.strip_prefix('(').and_then(|rest| rest.split_once(')'));
+    to_some.map_or(rest, |(_, rest)| rest).trim_start()
+}
+
 /// The constants of a source, with their values as they are written.
 fn constants(source: &str) -> BTreeMap<String, String> {
     let mut found = BTreeMap::new();
     let mut lines = source.lines();
     while let Some(line) = lines.next() {
-        let line = line.trim();
-        let is_public = line.starts_with("pub ") || line.starts_with("pub(");
-        let visible = if is_public {
-            line.split_once("const ")
-        } else {
-            None
-        };
-        let private = line.strip_prefix("const ");
-        let Some(rest) = visible.map(|(_, rest)| rest).or(private) else {
+        let Some(rest) = visible(line.trim()).strip_prefix("const ") else {
             continue;
         };
         let Some((declared, value)) = rest.split_once(" =") else {
