@@ -22,7 +22,7 @@ use crate::Vector;
 use crate::correction::band::Band;
 use crate::correction::curve::{Curve, Measure};
 use crate::correction::newton::{Solved, Solver};
-use crate::correction::{Settings, Taut, finish, length};
+use crate::correction::{COARSE_SEGMENTS, Settings, Taut, finish, length};
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
@@ -36,8 +36,6 @@ const MOST_REFUSALS: usize = 30;
 const SPREADING_STEPS: usize = 8;
 /// Distance of two nodes, as a share of the intervals before and after, below which they have met.
 const MET: f64 = 0.05;
-/// Least number of segments of the first polyline.
-const FEWEST_SEGMENTS: usize = 8;
 
 /// A polyline that flows on a surface.
 struct Flow<'a, const D: usize, S: Surface<D>> {
@@ -141,7 +139,7 @@ impl<const D: usize, S: Surface<D>> Flow<'_, D, S> {
             }
         }
         self.nodes.push(last);
-        while total > 0.0 && self.nodes.len() <= FEWEST_SEGMENTS {
+        while total > 0.0 && self.nodes.len() <= COARSE_SEGMENTS {
             let count = self.nodes.len();
             self.insert(&vec![true; count - 1]);
             if self.nodes.len() == count {
