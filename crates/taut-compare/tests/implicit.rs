@@ -226,6 +226,91 @@ fn ways_over_points_without_a_tangent_plane_are_not_denied() {
     expect_doubt(&over, 2.0 * (0.09_f64 + 0.15 * 0.15 * 2.0).sqrt());
 }
 
+#[test]
+fn nothing_that_crosses_a_crease_claims_an_error() {
+    let points: Vec<[f64; 3]> = generate::sphere::<3>(80, 1.0, 61)
+        .into_iter()
+        .map(|x| x.map(|v| v / x.iter().map(|v| v.abs()).sum::<f64>()))
+        .collect();
+    let is_one_face = |a: &[f64; 3], b: &[f64; 3]| (0..3).all(|i| a[i] * b[i] > 0.0);
+    let chord = |a: &[f64; 3], b: &[f64; 3]| (Vector::from(*a) - Vector::from(*b)).norm();
+    let geodesics = of_formula("abs(x)+abs(y)+abs(z)=1", &points, None);
+    let mut over = 0;
+    for pair in points.chunks(2) {
+        let found = path(&geodesics, pair[0], pair[1]);
+        if is_one_face(&pair[0], &pair[1]) {
+            expect(&found, chord(&pair[0], &pair[1]));
+        } else {
+            over += 1;
+            assert_ne!(found.status, Status::Converged, "{pair:?}");
+            assert!(found.length_error == f64::INFINITY, "{pair:?}");
+        }
+    }
+    assert!(over > 20);
+    let fields = Fields::new(&geodesics);
+    let node = |x: &[f64; 3]| {
+        let node = geodesics.surface().node_near(&Vector::from(*x));
+        node.expect("a foot").0
+    };
+    let source = Source {
+        node: node(&points[0]),
+        start: 0.0,
+    };
+    let field = fields.from(&[source], &Default::default());
+    let field = field.expect("a field");
+    for point in &points[1..] {
+        let value = fields.at(&field, &node(point));
+        if is_one_face(&points[0], point) {
+            let error = (value.distance - chord(&points[0], point)).abs();
+            assert!(error <= value.error + 1e-13, "{point:?} {error:e}");
+            assert!(value.error < 1e-3, "{point:?} {:e}", value.error);
+        } else {
+            assert!(value.distance.is_nan() || value.error == f64::INFINITY);
+        }
+    }
+}
+
+/// The point of a cone of the given half angle at an angle about its axis and a slant length.
+fn on_cone(half: f64, angle: f64, slant: f64) -> [f64; 3] {
+    let (sin, cos) = angle.sin_cos();
+    [cos * half.sin(), sin * half.sin(), half.cos()].map(|v| v * slant)
+}
+
+#[test]
+fn the_shorter_way_past_a_tip_is_found_and_its_error_is_claimed() {
+    for (half, seed) in [(0.5, 62), (1.0, 63), (1.4, 64)] {
+        let shape = Shape::parse(&format!("cone:{half}")).expect("a shape");
+        let seeds: Vec<Vector<3>> = shape
+            .seeds()
+            .iter()
+            .map(|seed| Vector::from_column_slice(seed))
+            .collect();
+        let region = shape.region();
+        let [low, high] = [region.0, region.1].map(|x| Vector::<3>::from_column_slice(&x));
+        let surface = ImplicitSurface::new(shape.clone(), shape.size());
+        let slack = Vector::repeat(0.01 * shape.size());
+        let geodesics = Geodesics::of_implicit(surface, &seeds, Some((low - slack, high + slack)));
+        let geodesics = geodesics.expect("a surface");
+        let ends = generate::cone(60, half, 1.0, seed).parameters;
+        let turns = generate::cone(30, half, 1.0, seed + 10).parameters;
+        let mut covered = 0;
+        for (pair, turn) in ends.chunks(2).zip(&turns) {
+            // Nearly opposite: both ways round the tip are nearly as long.
+            let around = 0.9 * std::f64::consts::PI + 0.1 * turn[0];
+            let slants = [pair[0][1], pair[1][1]].map(|slant| 0.2 + 0.7 * slant);
+            let from = on_cone(half, pair[0][0], slants[0]);
+            let to = on_cone(half, pair[0][0] + around, slants[1]);
+            let found = path(&geodesics, from, to);
+            let truth = closed_form::cone(half, &from, &to);
+            let error = (found.length - truth).abs();
+            assert_eq!(found.status, Status::Converged, "{half} {truth}");
+            assert!(error <= 1e-6 * truth, "{half} {} for {truth}", found.length);
+            covered += usize::from(error <= found.length_error + 1e-13);
+        }
+        assert!(covered >= 29, "{half}: {covered} of 30");
+    }
+}
+
 /// Pairs of random points of an ellipsoid in R^N, in vectors of size D.
 fn ellipsoid_pairs<const N: usize, const D: usize>(semi_axes: [f64; N], pairs: usize, seed: u64) {
     let list = semi_axes.map(|axis| axis.to_string()).join(",");

@@ -352,9 +352,13 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             let Some(found) = correction::straighten(&self.surface, guess, solver) else {
                 continue;
             };
-            // Where the ends are nearly conjugate, guesses do not tell apart ways that differ by
-            // little, but rays do.
-            if rays.is_none() && shortest::nearly_conjugate(&self.surface, guess, found.spread) {
+            // Where the ends are nearly conjugate, or a tip lies beside the way, guesses do not tell
+            // apart ways that differ by little, but rays do.
+            let is_unsure = || {
+                shortest::nearly_conjugate(&self.surface, guess, found.spread)
+                    || self.surface.passes_tip(guess)
+            };
+            if rays.is_none() && is_unsure() {
                 let known = found.taut.length();
                 let shot = shortest::by_rays(&self.surface, guess, known, settings, solver);
                 if shortest_only && shot.proves_shortest() {

@@ -13,7 +13,7 @@ pub enum Status {
     /// Newton's method stopped before the path was taut to the tolerance.
     NotTaut,
     /// The path is taut on its nodes, but the tolerance needs more nodes than are allowed, or is
-    /// below what rounding leaves.
+    /// below what rounding leaves, or the path crosses a crease, where its error is unknown.
     NotResolved,
     /// The path left the part of space where the surface is defined.
     OffSurface,
@@ -52,7 +52,8 @@ pub struct Path<const D: usize> {
     pub status: Status,
     /// Length of the path; infinite where there is none, not a number where it is unknown.
     pub length: f64,
-    /// Estimated absolute error of the length against the geodesic of the same surface.
+    /// Estimated absolute error of the length against the geodesic of the same surface; infinite
+    /// where it is unknown.
     pub length_error: f64,
     /// Estimated absolute error of the length that the surface itself adds, because it was
     /// reconstructed from points; 0 for equations.

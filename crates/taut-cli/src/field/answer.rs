@@ -119,7 +119,10 @@ impl Answer {
                 .filter(|v| v.0.is_finite())
         };
         let mut errors: Vec<f64> = reached().map(|(_, error)| *error).collect();
-        errors.sort_by(f64::total_cmp);
+        let most = errors.iter().copied().max_by(f64::total_cmp);
+        let middle = errors.len() / 2;
+        let median =
+            (most.is_some()).then(|| *errors.select_nth_unstable_by(middle, f64::total_cmp).1);
         let count = |matches: fn(f64) -> bool| {
             self.distance
                 .iter()
@@ -136,8 +139,8 @@ impl Answer {
             sources,
             sources_moved: Vec::new(),
             farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
-            error_median: errors.get(errors.len() / 2).copied(),
-            error_most: errors.last().copied(),
+            error_median: median,
+            error_most: most,
             nearest,
             unreached: count(f64::is_infinite),
             unusable: self.unusable,

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use taut_io::{Column, PointTable, write_table};
+use taut_io::{Column, Format, PointTable, write_table};
 
 use crate::exit::Failure;
 use crate::field::answer::{Answer, Facts, Found, IsolineFacts};
@@ -26,13 +26,14 @@ pub fn write(settings: &FieldSettings, found: &Found, progress: &Progress) -> Re
         };
         let rows = found.rows_kept.as_deref().filter(|_| settings.at.is_none());
         let columns = columns(&found.answer);
-        let colours = taut_draw::level_colours(&found.answer.distance);
+        let is_coloured = Format::from_path(file) == Some(Format::Ply);
+        let colours = is_coloured.then(|| taut_draw::level_colours(&found.answer.distance));
         let table = PointTable {
             dimension: found.answer.dimension,
             coordinates: &found.answer.points,
             normals: None,
             columns: &columns,
-            colours: Some(&colours),
+            colours: colours.as_deref(),
         };
         write_table(file, &table, original, rows)?;
     }

@@ -4,12 +4,21 @@
 use crate::correction::curve::Curve;
 use crate::correction::nodes::Profile;
 
+/// Factor by which the modes of a resolved element fall from one to the next, at least.
+const FALL: f64 = 0.2;
+
 /// Relative error of each element's energy, estimated from its last Legendre modes.
 ///
 /// The velocity of an element of degree p has the modes 0..p-1, and the modes of a smooth path fall
 /// geometrically, so the first mode left out is smaller than the last one kept. The error of each
-/// element is given as a share of the whole energy.
-pub(crate) fn tails<const D: usize, P: Copy>(curve: &Curve<D, P>, energy: f64) -> Vec<f64> {
+/// element is given as a share of the whole energy. Where the modes of an element do not fall
+/// geometrically yet, as beside the tip of a cone, those left out may be larger than the last ones;
+/// the estimate is then `slow` times as large.
+pub(crate) fn tails<const D: usize, P: Copy>(
+    curve: &Curve<D, P>,
+    energy: f64,
+    slow: f64,
+) -> Vec<f64> {
     let reference = curve.element();
     let count = curve.degree + 1;
     curve
@@ -30,7 +39,10 @@ pub(crate) fn tails<const D: usize, P: Copy>(curve: &Curve<D, P>, energy: f64) -
             let before = mode_energy(curve.degree - 2);
             // Even and odd modes may alternate in size, so the second last one counts too where it
             // is much larger.
-            last.max(before * 0.05) / energy
+            let tail = last.max(before * 0.05) / energy;
+            let first = (1..curve.degree - 2).map(mode_energy).fold(0.0, f64::max);
+            let falls = last.max(before) <= first * FALL.powi(curve.degree as i32 - 2);
+            if falls { tail } else { slow * tail }
         })
         .collect()
 }

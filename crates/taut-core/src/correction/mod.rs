@@ -23,7 +23,7 @@ use crate::correction::curve::Curve;
 use crate::correction::newton::{Solved, Solver};
 use crate::correction::rough::Rough;
 use crate::result::{Path, Status};
-use crate::surface::{Node, Surface};
+use crate::surface::{Node, Surface, crease};
 
 /// The method by which a guess is pulled taut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,6 +101,8 @@ const ELEMENT_TURNING: f64 = 1.6;
 /// Relative error of the length of a straightened polyline, by arcs (19) on segments that turn by
 /// [`COARSE_TURNING`].
 const COARSE_ERROR: f64 = 0.01;
+/// Factor of the estimated error of elements whose modes fall slowly, on equations.
+const SLOW: f64 = 16.0;
 /// Most Newton steps on a polyline.
 const MOST_POLYLINE_STEPS: usize = 25;
 /// Most Newton steps per level of the final path; a path that is not taut after them may need more
@@ -214,6 +216,9 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
     let mut steps = start_steps;
     let mut escapes = 0;
     let mut error = COARSE_ERROR;
+    // On clouds, the surface's own error covers this.
+    let is_exact = surface.resolution(taut.curve.nodes[0].place) == 0.0;
+    let slow = if is_exact { SLOW } else { 1.0 };
     // A level pulls the path taut on its elements, leaves a saddle if it is on one, or halves
     // elements that err.
     for _ in 0..MOST_ELEMENT_LEVELS {
@@ -246,7 +251,7 @@ pub(crate) fn tighten<const D: usize, S: Surface<D>>(
             continue;
         }
         let energy = level.measure.energy;
-        let tails = length::tails(&taut.curve, energy);
+        let tails = length::tails(&taut.curve, energy, slow);
         error = relative_error(&taut, tails.iter().sum());
         if error <= settings.tolerance && level.converged {
             return finish(surface, taut, Status::Converged, error, solver);
@@ -356,6 +361,7 @@ fn finish<const D: usize, S: Surface<D>>(
     };
     let mut height_errors = length::HeightErrors::default();
     let mut along_rim = Vec::new();
+    let mut creases = crease::Search::new();
     let last = taut.curve.nodes.len() - 1;
     solver.weigh_pulls(&taut.curve);
     for (i, node) in taut.curve.nodes.iter().enumerate() {
@@ -382,6 +388,7 @@ fn finish<const D: usize, S: Surface<D>>(
                     along_rim.push((stretch, radius));
                 }
             }
+            creases.visit(surface, node, &solver.scratch);
             let normal = solver.scratch.normal(0);
             // This comes last, as it takes the frame's memory.
             let off = solver.scratch.step_off();
@@ -394,6 +401,12 @@ fn finish<const D: usize, S: Surface<D>>(
         };
         path.points.push(node.point);
         path.normals.push(normal);
+    }
+    if creases.found {
+        path.length_error = f64::INFINITY;
+        if path.status == Status::Converged {
+            path.status = Status::NotResolved;
+        }
     }
     for (stretch, radius) in along_rim {
         height_errors.add_rim(stretch, path.max_geodesic_curvature, radius);

@@ -10,11 +10,11 @@ use crate::field::rays::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::rays::jet::direction_at;
 use crate::field::rays::ray;
 use crate::field::sources::nearest_entrance;
-use crate::field::{Field, Fields, Other};
+use crate::field::{Field, Fields, Other, frame, manifold};
 use crate::guess::Guide;
 use crate::parallel;
-use crate::surface::Node;
 use crate::surface::atlas::Atlas;
+use crate::surface::{Geometry, Node};
 
 /// How uncertain the place of a rim that rays graze is, in spacings of the graph's nodes.
 const EDGE: f64 = 0.3;
@@ -273,7 +273,10 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     #[must_use]
     pub fn at(&self, field: &Field<D>, node: &Node<D, S::Place>) -> Value<D> {
         let near = self.nearest_node(node);
-        let value = self.at_near(field, near, node);
+        let mut value = self.at_near(field, near, node);
+        if near.is_some_and(|near| self.is_behind_crease(near, node)) {
+            value.error = f64::INFINITY;
+        }
         let may_be_reached = || {
             let sources = field.piece_nodes.iter();
             let mut unknown = sources.map(|source| self.geodesics.is_unknown(*source, near));
@@ -283,6 +286,23 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return Value::unknown();
         }
         value
+    }
+
+    /// Whether a crease lies between a node of the graph and a node of the surface.
+    fn is_behind_crease(&self, near: u32, node: &Node<D, S::Place>) -> bool {
+        if !self.ground.has_creases {
+            return false;
+        }
+        let surface = self.geodesics.surface();
+        let mut scratch = Geometry::new(D - surface.intrinsic_dimension());
+        let near = near as usize;
+        if surface.intrinsic_dimension() == 2 {
+            let frames = self.ground.frames[near].zip(frame(surface, node, &mut scratch));
+            return frames.is_none_or(|(near, here)| near.is_creased(&here));
+        }
+        let here = manifold::frame(surface, node, &mut scratch);
+        let frames = self.ground.any_frames[near].as_ref().zip(here);
+        frames.is_none_or(|(near, here)| near.is_creased(&here))
     }
 
     /// The field at a node whose nearest node of the graph is given.

@@ -118,6 +118,8 @@ pub struct Ground<const D: usize, P> {
     spacing: Vec<f64>,
     /// Whether the surface errs nowhere by much of a spacing, as it does beside outliers.
     is_smooth: bool,
+    /// Whether the graph has edges across creases, which rays do not cross.
+    has_creases: bool,
     /// The corners on the rims of the surface, for diffraction round them.
     rims: Rims<D, P>,
     /// The node nearest to each point of a cloud, once it has been asked for.
@@ -214,16 +216,23 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
             net: None,
             is_smooth: is_smooth(surface, nodes, &spacing),
             spacing,
+            has_creases: false,
             rims: Rims::none(),
             places: OnceLock::new(),
         };
         if surface.intrinsic_dimension() == 2 {
             let frame = |geometry: &mut _, i: usize| frame(surface, &nodes[i], geometry);
             ground.frames = parallel::map_with(nodes.len(), scratch, frame);
+            ground.has_creases = has_creases(geodesics, &ground.frames, Frame::is_creased);
             ground.rims = Rims::new(geodesics, &ground.spacing);
         } else {
             let frame = |geometry: &mut _, i: usize| manifold::frame(surface, &nodes[i], geometry);
             ground.any_frames = parallel::map_with(nodes.len(), scratch, frame);
+            ground.has_creases = has_creases(
+                geodesics,
+                &ground.any_frames,
+                manifold::frame::Frame::is_creased,
+            );
         }
         Self::on(geodesics, Arc::new(ground))
     }
@@ -372,6 +381,7 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
             any_frames: Vec::new(),
             net: Some(net),
             spacing: Vec::new(),
+            has_creases: false,
             is_smooth: false,
             rims: Rims::none(),
             places: OnceLock::new(),
@@ -407,6 +417,25 @@ fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
         let around = edges.iter().map(|edge| nearest[edge.to as usize]);
         let mean = around.sum::<f64>() / edges.len().max(1) as f64;
         nearest[i].max(CROWDED * mean)
+    })
+}
+
+/// Whether an edge of the graph leads across a crease of the surface, where `is_creased` tells this
+/// from the frames at its ends. Clouds have no creases.
+fn has_creases<const D: usize, S: Guide<D>, F>(
+    geodesics: &Geodesics<D, S>,
+    frames: &[Option<F>],
+    is_creased: impl Fn(&F, &F) -> bool,
+) -> bool {
+    let graph = geodesics.graph();
+    let is_cloud = |node: &Node<D, S::Place>| geodesics.surface().resolution(node.place) > 0.0;
+    if graph.nodes.iter().any(is_cloud) {
+        return false;
+    }
+    (0..frames.len()).any(|i| {
+        let ends = |edge: &Edge| frames[i].as_ref().zip(frames[edge.to as usize].as_ref());
+        let mut ends = graph.edges(i as u32).iter().filter_map(ends);
+        ends.any(|(from, to)| is_creased(from, to))
     })
 }
 

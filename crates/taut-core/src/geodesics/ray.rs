@@ -84,6 +84,16 @@ const AT_CONJUGATE: f64 = 1e-3;
 /// over a chart's radius.
 const ROUGH: f64 = 1.0;
 
+/// A step of a ray.
+pub(crate) struct Step<K> {
+    /// The knot where the step ends.
+    pub end: K,
+    /// Estimated error of the step, in the input's units.
+    pub error: f64,
+    /// Whether a crease lies on the step.
+    pub is_creased: bool,
+}
+
 /// The state that is integrated: position, velocity, J and J'.
 #[derive(Clone, Copy)]
 pub(crate) struct State<const D: usize> {
@@ -191,7 +201,13 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             }
             // The last step ends just beyond the length asked for, so that the loop ends there.
             step = step.min(most).min(longest - last.length + 1e-9 * longest);
-            let Some((next, error)) = self.advance(&last, step, &mut geometry) else {
+            let taken = self.advance(&last, step, &mut geometry);
+            let Some(Step {
+                end: next,
+                error,
+                is_creased,
+            }) = taken
+            else {
                 step *= 0.5;
                 if step < SHORTEST_STEP * most {
                     break;
@@ -202,6 +218,13 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             let change = 0.9 * excess.max(1e-6).powf(-1.0 / 7.0);
             if excess > 1.0 && step > SHORTEST_STEP * most {
                 step *= change.max(0.2);
+                continue;
+            }
+            if is_creased {
+                step *= 0.5;
+                if step < SHORTEST_STEP * most {
+                    break;
+                }
                 continue;
             }
             if self.surface.beyond_rim(&next.point, next.place).is_some() {
@@ -240,20 +263,22 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             {
                 last = *knot;
             }
-            last = self.advance(&last, length - last.length, &mut geometry)?.0;
+            last = self
+                .advance(&last, length - last.length, &mut geometry)?
+                .end;
             let (point, place) = (last.point, last.place);
             Some(Node { point, place })
         };
         lengths.map(node_at).collect()
     }
 
-    /// One step with its estimated error; `None` where it leaves what is known of the surface.
+    /// One step; `None` where it leaves what is known of the surface.
     fn advance(
         &self,
         from: &Knot<D, S::Place>,
         step: f64,
         geometry: &mut Geometry<D>,
-    ) -> Option<(Knot<D, S::Place>, f64)> {
+    ) -> Option<Step<Knot<D, S::Place>>> {
         let start = State {
             x: from.point,
             v: from.ahead,
@@ -305,7 +330,14 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         }
         let length = from.length + step;
         let next = knot(length, point, [ahead, side], stage.j, place, geometry);
-        Some((next, error))
+        let turning = from.curvature.max(next.curvature) * step;
+        let is_creased = self.surface.resolution(place) == 0.0
+            && (geometry.is_creased([&stage.v], 0.0) || geometry.is_creased([&from.side], turning));
+        Some(Step {
+            end: next,
+            error,
+            is_creased,
+        })
     }
 
     /// Notes the place where a step passes the target, if it does.
@@ -331,7 +363,8 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         // Newton's method along the ray: a place is abreast of the target where no way is left
         // ahead.
         for _ in 0..MOST_TRIES {
-            let Some((there, _)) = self.advance(from, step.clamp(0.0, 1.1 * whole), geometry)
+            let Some(Step { end: there, .. }) =
+                self.advance(from, step.clamp(0.0, 1.1 * whole), geometry)
             else {
                 return;
             };

@@ -37,6 +37,12 @@ pub trait Guide<const D: usize>: Surface<D> {
         Vec::new()
     }
 
+    /// Whether a way on the graph, given by its nodes, passes a tip, such as that of a cone, so that
+    /// the graph may not tell the ways on both sides of it apart.
+    fn passes_tip(&self, _way: &[Node<D, Self::Place>]) -> bool {
+        false
+    }
+
     /// Whether nothing can connect two parts of the surface that the graph does not join. Each part
     /// is given by a graph node, or by `None` where the graph has no node there. `false` where
     /// parts of the surface are missing from the graph.

@@ -199,6 +199,10 @@ impl<const D: usize, E: Equations<D>> Guide<D> for Sampled<D, E> {
         ways.into_iter().map(nodes).collect()
     }
 
+    fn passes_tip(&self, way: &[Node<D, Vector<D>>]) -> bool {
+        self.net.passes_tip(way)
+    }
+
     /// Whether one of the two nodes lies on a component that was sampled whole, and the other on
     /// another component.
     fn apart(&self, from: Option<u32>, to: Option<u32>) -> bool {

@@ -6,6 +6,7 @@
 //! part of the boundary of the surface: the end of a point cloud's data, or the edge of a hole.
 
 pub mod atlas;
+pub(crate) mod crease;
 pub mod frame;
 pub mod implicit;
 pub mod level_set;

@@ -4,6 +4,7 @@
 //! Tangent coordinates and matrices on them are padded to D with zeros.
 
 use crate::surface::Geometry;
+use crate::surface::crease::is_unexplained;
 use crate::{Matrix, Vector};
 
 /// A point of a surface with its tangent space and its second fundamental form.
@@ -132,6 +133,15 @@ impl<const D: usize> Frame<D> {
             }
         }
         squares.sqrt()
+    }
+
+    /// Whether a crease lies on the way to another frame.
+    pub fn is_creased(&self, other: &Self) -> bool {
+        let way = (other.point - self.point).norm();
+        let turning = (self.curvature() + other.curvature()) * way;
+        let off = other.tangents - self.tangents * self.tangents.tr_mul(&other.tangents);
+        let mut off = off.column_iter();
+        off.any(|column| is_unexplained(column.norm(), turning))
     }
 
     /// The tangent coordinates of a vector.

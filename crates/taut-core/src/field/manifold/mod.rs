@@ -26,6 +26,8 @@ use jet::bent;
 pub(crate) struct Found<const D: usize> {
     /// The branches at each node of the graph, least distance first.
     pub branches: Vec<Vec<Branch<D>>>,
+    /// For each node of the graph, whether the graph leads there and no ray does.
+    unknown: Vec<bool>,
     /// The frame at each source, and the distance there.
     sources: Vec<(Frame<D>, f64)>,
     /// The largest distance, in the input's units, that was looked for.
@@ -70,14 +72,17 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
     let of_node = |i: usize| {
         let reached = sources.bound.distance(i as u32).is_finite();
         let frame = frames[i].as_ref().filter(|_| reached)?;
+        let is_seen = |from: &Frame<D>| !(fields.ground.has_creases && frame.is_creased(from));
         let around = fields.around(i as u32);
         let jets = around.iter().flat_map(|n| samples_by_node.of(*n));
         let jets = jets.map(|i| (&samples[*i as usize].0, samples[*i as usize].1));
+        let jets = jets.filter(|(sample, _)| is_seen(&sample.frame));
         let beside = around.iter().flat_map(|n| sources_by_node.of(*n));
         let beside = beside.map(|i| {
             let source = *i as usize;
             (&sources.frames[source], given[source].start, *i)
         });
+        let beside = beside.filter(|(source, ..)| is_seen(source));
         let mut found = branches::branches(frame, fields.ground.spacing[i], jets, beside);
         // No distance is shorter than straight through space; what a jet says less is an error.
         for branch in &mut found {
@@ -94,7 +99,15 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
             branch.error += disagreement + tolerance * branch.jet.distance.abs();
         }
     }
+    let is_within = |i: u32| {
+        sources.bound.distance(i).is_finite()
+            && f64::from(sources.bound.distance(i)) <= settings.max_distance
+    };
+    let unknown = (0..)
+        .zip(&lists)
+        .map(|(i, list)| list.is_empty() && is_within(i));
     Ok(Found {
+        unknown: unknown.collect(),
         branches: lists,
         sources: sources
             .frames
@@ -133,6 +146,9 @@ fn disagreement<const D: usize, S: Guide<D>>(
 impl<const D: usize> Found<D> {
     /// The value at a point whose nearest node, with its frame, is given.
     pub fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Value<D> {
+        if self.unknown[node as usize] {
+            return Value::unknown();
+        }
         let mut value = Value::unreached();
         let v = frame.log(x, share);
         for branch in &self.branches[node as usize] {

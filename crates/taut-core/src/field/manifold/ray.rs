@@ -11,6 +11,7 @@ use crate::field::rays::ray::{
     AT, DIFFERENCE, FARTHEST_OFF, JUMP, LONGER, Limits, MOST_STEPS, OFF, OVER_RIM, SHORTEST,
     SIDEWAYS, nearest,
 };
+use crate::geodesics::ray::Step;
 use crate::surface::{Geometry, Surface};
 use crate::{Matrix, Vector};
 
@@ -111,8 +112,12 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         if step <= 0.0 {
             break;
         }
-        let Some((mut next, error)) =
-            advance(surface, knot, step, FARTHEST_OFF * longest, &mut geometry)
+        let taken = advance(surface, knot, step, FARTHEST_OFF * longest, &mut geometry);
+        let Some(Step {
+            end: mut next,
+            error,
+            is_creased,
+        }) = taken
         else {
             step *= 0.5;
             if step < SHORTEST * longest {
@@ -125,6 +130,13 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
         if excess > 1.0 && step > SHORTEST * longest {
             step *= change.max(0.2);
+            continue;
+        }
+        if is_creased {
+            step *= 0.5;
+            if step < SHORTEST * longest {
+                break;
+            }
             continue;
         }
         let rim = surface.beyond_rim(&next.frame.point, next.place);
@@ -165,7 +177,7 @@ pub(crate) fn follow<const D: usize, S: Surface<D>>(
         let last = knots.last().and_then(|knot| {
             let farthest = FARTHEST_OFF * limits.longest_step(knot.near);
             let rest = length - knot.length;
-            Some(advance(surface, knot, rest, farthest, &mut geometry)?.0)
+            Some(advance(surface, knot, rest, farthest, &mut geometry)?.end)
         });
         knots.extend(last);
     }
@@ -182,7 +194,7 @@ fn meets<const D: usize>(before: &Matrix<D>, after: &Matrix<D>) -> bool {
     (passed + passed.transpose()).cholesky().is_none()
 }
 
-/// One step with its estimated error; `None` where it leaves what is known of the surface or ends
+/// One step; `None` where it leaves what is known of the surface or ends
 /// farther than `farthest` off it.
 fn advance<const D: usize, S: Surface<D>>(
     surface: &S,
@@ -190,7 +202,7 @@ fn advance<const D: usize, S: Surface<D>>(
     step: f64,
     farthest: f64,
     geometry: &mut Geometry<D>,
-) -> Option<(Knot<D, S::Place>, f64)> {
+) -> Option<Step<Knot<D, S::Place>>> {
     let start = State {
         x: from.frame.point,
         tangents: from.frame.tangents,
@@ -220,6 +232,9 @@ fn advance<const D: usize, S: Surface<D>>(
     let ahead = start.tangents.column(0);
     let spread = (error.jacobi[0] - start.jacobi[0]).amax();
     let error = off_by.dot(&ahead).abs() + (SIDEWAYS + OFF) * off_by.norm() + SIDEWAYS * spread;
+    let tangents: [Vector<D>; D] = std::array::from_fn(|j| stage.tangents.column(j).into_owned());
+    let is_creased = surface.resolution(place) == 0.0
+        && geometry.is_creased(&tangents[..frame.dimension()], 0.0);
     frame.settle(geometry, farthest)?;
     let chord = (frame.point - start.x).norm();
     if !(error.is_finite() && chord <= LONGER * step.hypot(JUMP * surface.height_error(place))) {
@@ -237,5 +252,9 @@ fn advance<const D: usize, S: Surface<D>>(
         near: from.near,
         heights,
     };
-    Some((knot, error))
+    Some(Step {
+        end: knot,
+        error,
+        is_creased,
+    })
 }

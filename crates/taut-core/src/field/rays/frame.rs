@@ -4,6 +4,7 @@
 use crate::Vector;
 use crate::field::plane::norm;
 use crate::surface::Geometry;
+use crate::surface::crease::is_unexplained;
 
 /// A point of a two-dimensional surface with its tangent plane and its second fundamental form.
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +117,15 @@ impl<const D: usize> Frame<D> {
         let steep = bends[0].norm_squared() + bends[1].norm_squared();
         let pull = bend * (1.0 / 6.0 - steep / 40.0) + height * share;
         [w[0] + pull.dot(&bends[0]), w[1] + pull.dot(&bends[1])]
+    }
+
+    /// Whether a crease lies on the way to another frame.
+    pub fn is_creased(&self, other: &Self) -> bool {
+        let way = (other.point - self.point).norm();
+        let turning = (self.curvature() + other.curvature()) * way;
+        let off = |tangent: &Vector<D>| (tangent - self.vector(self.coordinates(tangent))).norm();
+        let mut tangents = other.tangents.iter();
+        tangents.any(|tangent| is_unexplained(off(tangent), turning))
     }
 
     /// Estimated error of the length of a straight step.

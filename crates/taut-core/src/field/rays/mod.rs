@@ -213,8 +213,11 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 let (sample, source) = &samples[*i as usize];
                 (sample, *source)
             });
+            let is_seen = |from: &Frame<D>| !(self.ground.has_creases && frame.is_creased(from));
+            let near = near.filter(|(sample, _)| is_seen(&sample.frame));
             let beside = around.iter().flat_map(|n| sources_by_node.of(*n));
             let beside = beside.map(|i| (&pieces[*i as usize], *i));
+            let beside = beside.filter(|(piece, _)| is_seen(&piece.frame));
             let admits = |jet: &Jet, source: u32| pieces[source as usize].admits(jet.distance);
             let mut found = branches::branches(&frame, spacing, doubt, near, admits, beside);
             for branch in &mut found {
@@ -235,6 +238,9 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         for (list, missed) in lists.iter_mut().zip(missed) {
             for branch in list {
                 branch.error += tolerance * branch.jet.distance.abs();
+                if branch.carried && self.ground.has_creases {
+                    branch.error = f64::INFINITY;
+                }
                 branch.missed = missed;
             }
         }

@@ -4,13 +4,13 @@
 //! x'' = II(x', x') and J'' = -K J are integrated by the pair of orders 5 and 4 of Dormand and
 //! Prince, "A family of embedded Runge-Kutta formulae", Journal of Computational and Applied
 //! Mathematics 6 (1980). After each step x is put back onto the surface. A ray ends at a rim (the
-//! boundary of the surface), at a conjugate point, or past its limits.
+//! boundary of the surface), at a crease, at a conjugate point, or past its limits.
 
 use crate::Vector;
 use crate::field::rays::dents::{self, Dent};
 use crate::field::rays::frame::Frame;
 use crate::field::rays::knot::Knot;
-use crate::geodesics::ray::State;
+use crate::geodesics::ray::{State, Step};
 use crate::guess::dijkstra::Distances;
 use crate::guess::graph::Graph;
 use crate::surface::{Geometry, Surface};
@@ -285,8 +285,12 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         if step <= 0.0 {
             break;
         }
-        let Some((next, error)) =
-            advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry)
+        let taken = advance(surface, &knot, step, FARTHEST_OFF * longest, &mut geometry);
+        let Some(Step {
+            end: next,
+            error,
+            is_creased,
+        }) = taken
         else {
             step *= 0.5;
             if step < SHORTEST * longest {
@@ -306,6 +310,13 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
         if excess > 1.0 && step > SHORTEST * longest {
             step *= change.max(0.2);
+            continue;
+        }
+        if is_creased {
+            step *= 0.5;
+            if step < SHORTEST * longest {
+                break;
+            }
             continue;
         }
         let point = &next.frame.point;
@@ -339,15 +350,15 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
     flight
 }
 
-/// One step with its estimated error; `None` where it leaves what is known of the surface or ends
-/// farther than `farthest` off it.
+/// One step; `None` where it leaves what is known of the surface or ends farther than `farthest`
+/// off it.
 fn advance<const D: usize, S: Surface<D>>(
     surface: &S,
     from: &Knot<D, S::Place>,
     step: f64,
     farthest: f64,
     geometry: &mut Geometry<D>,
-) -> Option<(Knot<D, S::Place>, f64)> {
+) -> Option<Step<Knot<D, S::Place>>> {
     let start = State {
         x: from.frame.point,
         v: from.frame.tangents[0],
@@ -369,7 +380,11 @@ fn advance<const D: usize, S: Surface<D>>(
         let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
         let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
-        let frame = settled(frame, &stage.v, &from.frame.tangents[1], geometry, farthest)?;
+        let aside = &from.frame.tangents[1];
+        let frame = settled(frame, &stage.v, aside, geometry, farthest)?;
+        let turning = from.frame.curvature().max(frame.curvature()) * step;
+        let is_creased = surface.resolution(place) == 0.0
+            && (geometry.is_creased([&stage.v], 0.0) || geometry.is_creased([aside], turning));
         let chord = (frame.point - start.x).norm();
         if !(error.is_finite() && chord <= LONGER * step.hypot(JUMP * surface.height_error(place)))
         {
@@ -383,17 +398,19 @@ fn advance<const D: usize, S: Surface<D>>(
             error_of_height,
             surface.resolution(place),
         );
-        return Some((
-            Knot {
-                length: from.length + step,
-                frame,
-                jacobi: stage.j,
-                place,
-                near: from.near,
-                heights,
-            },
+        let end = Knot {
+            length: from.length + step,
+            frame,
+            jacobi: stage.j,
+            place,
+            near: from.near,
+            heights,
+        };
+        return Some(Step {
+            end,
             error,
-        ));
+            is_creased,
+        });
     }
     None
 }

@@ -8,8 +8,8 @@ use crate::guess::sampling::join::{WIDER, edge_count, is_enough, is_foretold, jo
 use crate::guess::sampling::region::Region;
 use crate::guess::sampling::walk::{CLEARANCE, Walker};
 use crate::spatial::tree::{Neighbour, Tree};
-use crate::surface::Surface;
 use crate::surface::implicit::{Equations, ImplicitSurface};
+use crate::surface::{Node, Surface};
 use crate::{Vector, parallel};
 
 /// Samples, and what is known of the surface between them.
@@ -24,6 +24,8 @@ pub(super) struct SampleNet<const D: usize> {
     pub gap: f64,
     /// For each sample, whether the surface goes on beyond the samples of its component.
     pub open: Vec<bool>,
+    /// For each sample, whether it lies near a tip; empty where the surface has none.
+    tips: Vec<bool>,
     /// How much of the surface was sampled.
     pub extent: Extent,
 }
@@ -37,6 +39,8 @@ const LITTLE_LESS: f64 = 0.8;
 const MOST_DOUBLINGS: usize = 10;
 /// Most times that the region is doubled to connect the seeds on a surface without end.
 const MOST_CONNECTING: usize = 4;
+/// Curvature of the surface, as a multiple of its median, above which a sample is at a tip.
+const SHARP: f64 = 4.0;
 /// Most seeds from which the sampling is planned.
 const MOST_STARTS: usize = 128;
 /// Most rounds of sampling; after each but the last, seeds on parts without samples are added.
@@ -139,6 +143,7 @@ impl<const D: usize> SampleNet<D> {
             () => extent,
         };
         let net = Self {
+            tips: tips(&samples, &graph),
             widest: samples.iter().map(|s| s.spacing).fold(0.0, f64::max),
             clearance: CLEARANCE * gap,
             gap,
@@ -148,6 +153,19 @@ impl<const D: usize> SampleNet<D> {
             extent,
         };
         (net, graph)
+    }
+
+    /// Whether some node of a way lies nearest to a sample near a tip.
+    pub fn passes_tip(&self, way: &[Node<D, Vector<D>>]) -> bool {
+        let mut found = Vec::new();
+        let mut is_near = |node: &Node<D, Vector<D>>| {
+            self.tree.nearest(&node.point, 1, &mut found);
+            let nearest = found
+                .first()
+                .map(|near| self.tree.order[near.index as usize]);
+            nearest.is_some_and(|sample| self.tips[sample as usize])
+        };
+        !self.tips.is_empty() && way.iter().any(&mut is_near)
     }
 
     /// The seeds from which no walk leads to a sample.
@@ -207,6 +225,24 @@ impl<const D: usize> SampleNet<D> {
             seen = found.len();
             count *= WIDER;
         }
+    }
+}
+
+/// Whether each sample is at a tip, where the surface bends far more than elsewhere, or beside one;
+/// empty where there is no tip.
+fn tips<const D: usize>(samples: &[Sample<D>], graph: &Graph<D, Vector<D>>) -> Vec<bool> {
+    let mut radii: Vec<f64> = samples.iter().map(|sample| sample.bent).collect();
+    radii.sort_by(f64::total_cmp);
+    let Some(median) = radii.get(radii.len() / 2) else {
+        return Vec::new();
+    };
+    let is_tip = |i: u32| SHARP * samples[i as usize].bent < *median;
+    let beside = |i: u32| graph.edges(i).iter().any(|edge| is_tip(edge.to));
+    let all = 0..samples.len() as u32;
+    if all.clone().any(is_tip) {
+        all.map(|i| is_tip(i) || beside(i)).collect()
+    } else {
+        Vec::new()
     }
 }
 

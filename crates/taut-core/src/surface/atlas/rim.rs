@@ -20,6 +20,8 @@ const FEWEST_DISCS: usize = 6;
 const FARTHEST_DISC: f64 = 2.0;
 /// Number of cells of points along the longest chord that is looked at.
 const CELLS_A_CHORD: f64 = 3.0;
+/// The bits of all eighths of the plane.
+const ALL_EIGHTHS: u64 = 0xFF;
 /// Most cells of points along a chart.
 const MOST_CELLS: f64 = 64.0;
 /// Number of directions in which a disc may touch a point.
@@ -296,14 +298,20 @@ impl Cells {
     /// room for a disc. One of them lies within half a right angle of the direction of the disc's
     /// centre, and is nearer than the chord.
     fn enclosed(&self, origin: &Flat) -> bool {
+        let farthest = (self.chord / self.size).ceil() as usize;
+        // Most points are enclosed by the nearest ones.
+        (1..=farthest).any(|reach| self.eighths(origin, reach) == ALL_EIGHTHS)
+    }
+
+    /// The eighths of the plane round a point that hold a near point in the cells up to `reach`
+    /// cells away, as bits.
+    fn eighths(&self, origin: &Flat, reach: usize) -> u64 {
         let [column, row] =
             [origin.0 - self.low.0, origin.1 - self.low.1].map(|v| (v / self.size) as usize);
-        let reach = (self.chord / self.size).ceil() as usize;
         let columns = column.saturating_sub(reach)..=(column + reach).min(self.wide - 1);
         let squared_chord = self.chord * self.chord;
-        let mut eighths = 0_u8;
-        // The rows come in the order of their distance, because most points are enclosed by the
-        // nearest ones.
+        let mut eighths = 0;
+        // The rows come in the order of their distance.
         let rows = (0..=2 * reach)
             .map(|i| (row + i.div_ceil(2) * (i % 2)).checked_sub(i / 2 * (1 - i % 2)));
         for row in rows.flatten().filter(|row| *row < self.wide) {
@@ -313,16 +321,16 @@ impl Cells {
                 let (u, v) = (x - origin.0, y - origin.1);
                 let squared = u * u + v * v;
                 // Whether a point is near cannot be predicted, and costs less without a branch.
-                let near = u8::from(squared < squared_chord) & u8::from(squared > 0.0);
-                let eighth =
-                    u8::from(u < 0.0) | u8::from(v < 0.0) << 1 | u8::from(u.abs() < v.abs()) << 2;
+                let near = u64::from(squared < squared_chord) & u64::from(squared > 0.0);
+                let signs = [u, v].map(|coordinate| coordinate.to_bits() >> 63);
+                let eighth = signs[0] | signs[1] << 1 | u64::from(u.abs() < v.abs()) << 2;
                 eighths |= near << eighth;
             }
-            if eighths == u8::MAX {
-                return true;
+            if eighths == ALL_EIGHTHS {
+                break;
             }
         }
-        false
+        eighths
     }
 }
 
