@@ -231,12 +231,12 @@ impl<const D: usize> SampleNet<D> {
 /// Whether each sample is at a tip, where the surface bends far more than elsewhere, or beside one;
 /// empty where there is no tip.
 fn tips<const D: usize>(samples: &[Sample<D>], graph: &Graph<D, Vector<D>>) -> Vec<bool> {
-    let mut radii: Vec<f64> = samples.iter().map(|sample| sample.bent).collect();
+    let mut radii: Vec<f64> = samples.iter().map(|sample| sample.by_turning).collect();
     radii.sort_by(f64::total_cmp);
     let Some(median) = radii.get(radii.len() / 2) else {
         return Vec::new();
     };
-    let is_tip = |i: u32| SHARP * samples[i as usize].bent < *median;
+    let is_tip = |i: u32| SHARP * samples[i as usize].by_turning < *median;
     let beside = |i: u32| graph.edges(i).iter().any(|edge| is_tip(edge.to));
     let all = 0..samples.len() as u32;
     if all.clone().any(is_tip) {
