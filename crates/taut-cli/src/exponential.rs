@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use taut::End;
 use taut::size::{coordinates, flat, padded};
 use taut_core::field::{Fields, Shot};
 use taut_core::{Vector, parallel};
@@ -17,8 +18,8 @@ use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
-use crate::settings::{Aim, ExpSettings, Sources};
-use crate::surface::{FlatSamples, Show, flat_samples};
+use crate::settings::{Aim, ExpSettings};
+use crate::surface::{FlatSamples, Show};
 
 /// Follows the geodesics and writes what was asked for.
 pub fn run(settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
@@ -38,19 +39,14 @@ pub fn run(settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure>
         .writes("--output", settings.output.as_deref(), content, dimension)
         .writes_picture(settings.picture.as_deref())
         .check()?;
-    let question = Geodesics { settings, progress };
-    let start = Sources::Ends(vec![settings.start.clone()]);
-    let found = ready::ask(&settings.source, &start, &question, progress)?;
+    let found = ready::visit(&settings.source, Geodesics(settings), progress)?;
     match settings.aim {
         Aim::One(_) => found.write_one(settings, progress),
         Aim::File(_) => found.write_many(settings, progress),
     }
 }
 
-struct Geodesics<'a> {
-    settings: &'a ExpSettings,
-    progress: &'a Progress,
-}
+struct Geodesics<'a>(&'a ExpSettings);
 
 /// Geodesics from one point, their dimension forgotten.
 struct Found {
@@ -83,17 +79,22 @@ struct Answer {
 impl Question for Geodesics<'_> {
     type Answer = Found;
 
+    fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
+        Ok(vec![self.0.start.clone()])
+    }
+
     fn answer<const D: usize, S: Show<D>>(
-        &self,
+        self,
         ready: &Ready<'_, D, S>,
+        progress: &Progress,
     ) -> Result<Found, Failure> {
-        let Self { settings, progress } = *self;
+        let Self(settings) = self;
         let (node, _) = ready.locate(&settings.start)?;
         let vectors = vectors(&settings.aim, ready.dimension)?;
         let surface = ready.geodesics.surface();
         let centre = surface.centre();
         progress.step("geodesics");
-        let fields = Fields::new(ready.geodesics);
+        let fields = Fields::new(&ready.geodesics);
         let intrinsic = surface.intrinsic_dimension();
         let shoot = |vector: &[f64]| {
             let vector: Vector<D> = padded(vector);
@@ -108,10 +109,7 @@ impl Question for Geodesics<'_> {
         Ok(Found {
             dimension: ready.dimension,
             shots: parallel::map(rows.len(), |i| shoot(rows[i])),
-            samples: settings
-                .picture
-                .is_some()
-                .then(|| flat_samples(&surface.samples(), &centre, ready.dimension)),
+            samples: settings.picture.is_some().then(|| ready.samples()),
         })
     }
 }

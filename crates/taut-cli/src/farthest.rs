@@ -4,21 +4,21 @@ use std::io;
 
 use serde::Serialize;
 use taut::End;
+use taut::equations::Implicit;
 use taut::kind::Kind;
 use taut::size::flat;
 use taut_core::field;
-use taut_core::geodesics::Geodesics;
-use taut_io::PointSet;
 
-use crate::clouds;
 use crate::exit::{Exit, Failure};
+use crate::located::refused;
 use crate::numbers::rounded;
 use crate::output::{line, tell};
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::{CloudSettings, SampleSettings};
+use crate::ready::{self, Charts, Visit};
+use crate::settings::SampleSettings;
 use crate::sites;
-use crate::surface::{FlatSamples, with_size};
+use crate::surface::FlatSamples;
 
 /// What is told of points far from each other. Lengths are in the units of the input.
 #[derive(Serialize)]
@@ -35,17 +35,11 @@ struct Facts {
 }
 
 /// Finds points of a cloud far from each other and writes what was asked for.
-pub fn run(
-    settings: &SampleSettings,
-    cloud: &CloudSettings,
-    progress: &Progress,
-) -> Result<Exit, Failure> {
-    clouds::refuse_mls(&cloud.model)?;
-    let points = clouds::read(cloud, progress)?;
-    let facts = with_size!(points.dimension, found(settings, cloud, &points, progress))?;
+pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
+    let facts = ready::visit(&settings.source, Farthest(settings), progress)?;
     if let Some(file) = &settings.output {
         progress.step("writing the points");
-        taut_io::write_points(file, points.dimension, &facts.points.points, None)?;
+        taut_io::write_points(file, facts.points.dimension, &facts.points.points, None)?;
     }
     if let Some(file) = &settings.picture {
         progress.step("drawing");
@@ -56,65 +50,80 @@ pub fn run(
     Ok(Exit::Success)
 }
 
-fn found<const D: usize>(
-    settings: &SampleSettings,
-    cloud: &CloudSettings,
-    points: &PointSet,
-    progress: &Progress,
-) -> Result<Facts, Failure> {
-    let name = cloud.file.display().to_string();
-    let atlas = clouds::atlas::<D>(&name, points, &cloud.model, progress)?;
-    clouds::note_changes(&name, &atlas, progress);
-    let refused = |error| Failure::Surface {
-        surface: name.clone(),
-        error,
-    };
-    let ends = sites::ends_of_sources("--sources", &settings.sources, points.dimension, progress)?;
-    let position = |end: &End| {
-        let wrong = |reason: &str| Failure::End {
-            end: end.to_string(),
-            reason: reason.to_owned(),
+struct Farthest<'a>(&'a SampleSettings);
+
+impl Visit for Farthest<'_> {
+    type Answer = Facts;
+
+    fn charts<const D: usize>(
+        self,
+        ready: &Charts<'_, D>,
+        progress: &Progress,
+    ) -> Result<Facts, Failure> {
+        let Self(settings) = self;
+        if ready.points.is_none() {
+            return Err(no_cloud());
+        }
+        ready.note_changes(progress);
+        let refused = |error| ready.refused(error);
+        let ends =
+            sites::ends_of_sources("--sources", &settings.sources, ready.dimension, progress)?;
+        let first: Vec<usize> = ends
+            .iter()
+            .map(|end| point(ready, end))
+            .collect::<Result<_, _>>()?;
+        let fields = Kind::fields(&ready.geodesics, None).map_err(refused)?;
+        progress.step("distances");
+        progress.count_to(settings.count);
+        let found = fields
+            .farthest(&first, settings.count, &field::Settings::default(), |_| {
+                progress.done(1);
+            })
+            .map_err(refused)?;
+        let cloud = ready.geodesics.surface().cloud();
+        let kept: Vec<_> = found.points.iter().map(|i| cloud.points[*i]).collect();
+        let row_of_file = |i: &usize| {
+            let read = cloud.rows[*i] as usize;
+            ready.rows_kept().map_or(read, |kept| kept[read])
         };
-        let End::Row(row) = end else {
-            return Err(wrong(
-                "found coordinates, expected a row of the file, because --farthest keeps points of the file",
-            ));
-        };
-        let read = match &points.rows_kept {
-            Some(kept) => kept.binary_search(row).ok(),
-            None => Some(*row),
-        };
-        let point = read.and_then(|row| atlas.cloud().point_of_row.get(row).copied().flatten());
-        let found = point.ok_or_else(|| wrong("the row is not among the points of the surface"));
-        found.map(|point| point as usize)
-    };
-    let first: Vec<usize> = ends.iter().map(position).collect::<Result<_, _>>()?;
-    let geodesics = Geodesics::of_atlas(atlas);
-    let fields = Kind::fields(&geodesics, None).map_err(refused)?;
-    progress.step("distances");
-    progress.count_to(settings.count);
-    let found = fields
-        .farthest(&first, settings.count, &field::Settings::default(), |_| {
-            progress.done(1);
+        Ok(Facts {
+            surface: ready.name.to_owned(),
+            rows: found.points.iter().map(row_of_file).collect(),
+            cover: Some(found.cover).filter(|cover| cover.is_finite()),
+            error: found.error,
+            points: FlatSamples {
+                dimension: ready.dimension,
+                points: flat(&kept, &cloud.centre, ready.dimension),
+                discs: None,
+            },
         })
-        .map_err(refused)?;
-    let cloud = geodesics.surface().cloud();
-    let kept: Vec<_> = found.points.iter().map(|i| cloud.points[*i]).collect();
-    let row_of_file = |i: &usize| {
-        let read = cloud.rows[*i] as usize;
-        points.rows_kept.as_ref().map_or(read, |kept| kept[read])
+    }
+
+    fn equations<const D: usize>(self, _: &Implicit, _: &Progress) -> Result<Facts, Failure> {
+        Err(no_cloud())
+    }
+}
+
+fn no_cloud() -> Failure {
+    let message =
+        "--farthest: found a surface without points of its own, expected a cloud; leave it out";
+    Failure::Usage(message.to_owned())
+}
+
+/// The point of the cloud that an end names.
+fn point<const D: usize>(ready: &Charts<'_, D>, end: &End) -> Result<usize, Failure> {
+    let End::Row(row) = end else {
+        let reason = "found coordinates, expected a row of the file, because --farthest keeps points of the file";
+        return Err(refused(end, reason));
     };
-    Ok(Facts {
-        surface: name.clone(),
-        rows: found.points.iter().map(row_of_file).collect(),
-        cover: Some(found.cover).filter(|cover| cover.is_finite()),
-        error: found.error,
-        points: FlatSamples {
-            dimension: points.dimension,
-            points: flat(&kept, &cloud.centre, points.dimension),
-            discs: None,
-        },
-    })
+    let read = match ready.rows_kept() {
+        Some(kept) => kept.binary_search(row).ok(),
+        None => Some(*row),
+    };
+    let points = &ready.geodesics.surface().cloud().point_of_row;
+    let point = read.and_then(|row| points.get(row).copied().flatten());
+    let point = point.ok_or_else(|| refused(end, "the row is not among the points of the surface"));
+    Ok(point? as usize)
 }
 
 fn write(out: &mut io::StdoutLock<'_>, facts: &Facts) -> io::Result<()> {

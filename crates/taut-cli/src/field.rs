@@ -5,8 +5,6 @@ mod cost;
 mod isolines;
 mod write;
 
-use std::path::Path;
-
 use taut::End;
 use taut::size::coordinates;
 use taut_core::Vector;
@@ -15,12 +13,14 @@ use taut_core::field::{Cost, Field, Fields, Sources};
 use taut_io::Content;
 
 use crate::exit::{Exit, Failure};
+use crate::located::Places;
 use crate::outputs::Files;
 use crate::picture::Levels;
 use crate::progress::Progress;
-use crate::ready::{self, Places, Question, Ready};
+use crate::ready::{self, Question, Ready};
 use crate::settings::{FieldSettings, Rates, Source as From};
-use crate::surface::{FlatSamples, Show, flat_samples};
+use crate::sites;
+use crate::surface::{FlatSamples, Show};
 use answer::{Answer, Found};
 use isolines::Line;
 
@@ -31,9 +31,8 @@ pub fn run(settings: &FieldSettings, progress: &Progress) -> Result<Exit, Failur
         return Err(Failure::Usage(message.to_owned()));
     }
     files(settings).check()?;
-    let question = Distances { settings, progress };
-    let found = ready::ask(&settings.source, &settings.sources, &question, progress)
-        .map_err(cost::refusal)?;
+    let question = Distances(settings);
+    let found = ready::visit(&settings.source, question, progress).map_err(cost::refusal)?;
     write::write(settings, &found, progress)?;
     Ok(match found.answer.unknown() {
         0 => Exit::Success,
@@ -68,23 +67,28 @@ fn files(settings: &FieldSettings) -> Files<'_> {
 }
 
 /// The distances that were asked for.
-struct Distances<'a> {
-    settings: &'a FieldSettings,
-    progress: &'a Progress,
-}
+struct Distances<'a>(&'a FieldSettings);
 
 impl Question for Distances<'_> {
     type Answer = Found;
 
-    fn file(&self) -> Option<&Path> {
-        self.settings.at.as_deref()
+    fn seeds(&self, dimension: usize, progress: &Progress) -> Result<Vec<End>, Failure> {
+        let sources = sites::of_sources(&self.0.sources, dimension, progress)?;
+        let mut seeds: Vec<End> = sources.into_iter().map(|site| site.end).collect();
+        if let Some(file) = &self.0.at {
+            let places = sites::of_file(file, dimension, progress)?;
+            let places = places.into_iter().map(|site| site.end);
+            seeds.extend(places.filter(|end| matches!(end, End::Point(_))));
+        }
+        Ok(seeds)
     }
 
     fn answer<const D: usize, S: Show<D>>(
-        &self,
+        self,
         ready: &Ready<'_, D, S>,
+        progress: &Progress,
     ) -> Result<Found, Failure> {
-        let Self { settings, progress } = *self;
+        let Self(settings) = self;
         let cost = match (&settings.cost, ready.points) {
             (Some(cost), Some(points)) => Some(cost::of_rows(cost, points)?),
             _ => None,
@@ -123,7 +127,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
         let places = places.transpose()?;
         let refused = |error| ready.refused(error);
         self.progress.step("distances");
-        let fields = S::fields(ready.geodesics, self.cost.as_ref()).map_err(refused)?;
+        let fields = S::fields(&ready.geodesics, self.cost.as_ref()).map_err(refused)?;
         let curve = vertices.map(|vertices| fields.curve(&vertices));
         let curve = curve.transpose().map_err(refused)?;
         let sources = curve
@@ -253,8 +257,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
             };
             return (samples, own.levels());
         }
-        let surface = self.ready.geodesics.surface();
-        let samples = flat_samples(&surface.samples(), &surface.centre(), self.ready.dimension);
+        let samples = self.ready.samples();
         let mut answer = self.empty(Vec::new(), None);
         for point in samples.points.chunks(self.ready.dimension) {
             let found = self.ready.locate(&End::Point(point.to_vec())).ok();

@@ -16,7 +16,7 @@ use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::settings::FitCommandSettings;
-use crate::surface::{Samples, flat_samples, with_size};
+use crate::surface::{Samples, flat_samples, too_many};
 
 /// What came of the fit; lengths are in the units of the input.
 #[derive(Serialize)]
@@ -46,7 +46,11 @@ pub fn run(settings: &FitCommandSettings, progress: &Progress) -> Result<Exit, F
         .check()?;
     taut_io::check_place(&settings.output)?;
     let points = clouds::read(&settings.cloud, progress)?;
-    let facts = with_size!(points.dimension, fitted(settings, &points, progress))?;
+    let facts = taut::by_size!(
+        points.dimension,
+        too_many,
+        fitted(settings, &points, progress)
+    )?;
     progress.clear();
     tell(&facts, settings.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use taut::End;
 use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::field::{Field, Fields, Logarithm};
@@ -15,6 +16,7 @@ use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::settings::{LogSettings, Source};
+use crate::sites;
 use crate::surface::Show;
 
 /// Why a cloud has no logarithms. A fit does not help: its charts are no smaller than the cloud's
@@ -37,16 +39,12 @@ pub fn run(settings: &LogSettings, progress: &Progress) -> Result<Exit, Failure>
         .reads("--at", at)
         .writes("--output", settings.output.as_deref(), content, dimension)
         .check()?;
-    let question = Vectors { settings, progress };
-    let table = ready::ask(&settings.source, &settings.sources, &question, progress)?;
+    let table = ready::visit(&settings.source, Vectors(settings), progress)?;
     table.write(settings, progress)?;
     Ok(Exit::Success)
 }
 
-struct Vectors<'a> {
-    settings: &'a LogSettings,
-    progress: &'a Progress,
-}
+struct Vectors<'a>(&'a LogSettings);
 
 /// Vectors at points, their dimension forgotten.
 struct Table {
@@ -89,11 +87,17 @@ struct Facts {
 impl Question for Vectors<'_> {
     type Answer = Table;
 
+    fn seeds(&self, dimension: usize, progress: &Progress) -> Result<Vec<End>, Failure> {
+        let sites = sites::of_sources(&self.0.sources, dimension, progress)?;
+        Ok(sites.into_iter().map(|site| site.end).collect())
+    }
+
     fn answer<const D: usize, S: Show<D>>(
-        &self,
+        self,
         ready: &Ready<'_, D, S>,
+        progress: &Progress,
     ) -> Result<Table, Failure> {
-        let Self { settings, progress } = *self;
+        let Self(settings) = self;
         let dimension = ready.geodesics.surface().intrinsic_dimension();
         if dimension != 2 {
             return Err(unfit(
@@ -116,7 +120,7 @@ impl Question for Vectors<'_> {
             .map(|file| ready.places(file, progress))
             .transpose()?;
         progress.step("directions");
-        let fields = S::fields(ready.geodesics, None).map_err(refused)?;
+        let fields = S::fields(&ready.geodesics, None).map_err(refused)?;
         let field = fields.from(&sources, &settings.field).map_err(refused)?;
         let (points, found, moved) = match places {
             Some(places) => {

@@ -9,14 +9,14 @@ use taut_io::{Content, Pairs, Polyline, write_polylines};
 
 use crate::answer::{Answer, FoundPath};
 use crate::exit::{Exit, Failure};
-use crate::located::Request;
 use crate::output::{self, Style};
 use crate::outputs::Files;
+use crate::pairs::{self, Request};
 use crate::picture;
-use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::ready;
+use crate::ready::{self, Mls, Question, Ready};
 use crate::settings::{Ends, PathSettings};
+use crate::surface::{FlatSamples, Show};
 
 /// Pairs answered before their results are written.
 const CHUNK: usize = 256;
@@ -38,7 +38,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
         )
         .writes_picture(settings.picture.as_deref())
         .check()?;
-    let pairs = pairs(&settings.ends)?;
+    let pairs = read_pairs(&settings.ends)?;
     let count = pairs.len();
     if output.is_some_and(holds_one) && (count > 1 || settings.alternatives > 0) {
         return Err(Failure::Usage(
@@ -47,25 +47,79 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
         ));
     }
     let ends = pairs.into_iter().flatten().collect();
-    let prepared = ready::prepare(&settings.source, ends, progress)?;
-    if let Some(file) = output {
-        taut_io::check_output(file, Content::Paths, Some(prepared.dimension()))?;
+    let question = Paths { settings, ends };
+    ready::visit(&settings.source, question, progress)
+}
+
+/// The paths between every two ends that follow each other.
+struct Paths<'a> {
+    settings: &'a PathSettings,
+    ends: Vec<End>,
+}
+
+impl Question for Paths<'_> {
+    type Answer = Exit;
+
+    fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
+        Ok(self.ends.clone())
     }
+
+    fn answer<const D: usize, S: Show<D>>(
+        self,
+        ready: &Ready<'_, D, S>,
+        progress: &Progress,
+    ) -> Result<Exit, Failure> {
+        let Self { settings, ends } = self;
+        let dimension = ready.dimension;
+        if let Some(file) = &settings.output {
+            taut_io::check_output(file, Content::Paths, Some(dimension))?;
+        }
+        let request = Request {
+            correction: settings.correction,
+            alternatives: settings.alternatives,
+        };
+        let located = pairs::Ends::new(ready, &ends);
+        let find = |pair: usize| located.answer([2 * pair, 2 * pair + 1], &request);
+        let samples = || ready.samples();
+        answer_all(
+            settings,
+            dimension,
+            ends.len() / 2,
+            &find,
+            &samples,
+            progress,
+        )
+    }
+
+    fn answer_mls<'a>(
+        self,
+        make: impl FnOnce() -> Result<Mls<'a>, Failure>,
+        progress: &Progress,
+    ) -> Result<Exit, Failure> {
+        self.answer(&make()?, progress)
+    }
+}
+
+/// Answers `count` pairs one after another, and writes what was asked for. `find` answers a pair,
+/// `samples` are points of the surface for a picture.
+fn answer_all(
+    settings: &PathSettings,
+    dimension: usize,
+    count: usize,
+    find: &(dyn Fn(usize) -> Answer + Sync),
+    samples: &dyn Fn() -> FlatSamples,
+    progress: &Progress,
+) -> Result<Exit, Failure> {
     progress.step("paths");
     progress.count_to(count);
     let mut worst = Exit::Success;
     let mut kept = Vec::new();
     let mut outlying = 0;
-    let mut report = Report::new(settings, prepared.dimension())?;
-    let request = Request {
-        correction: settings.correction,
-        alternatives: settings.alternatives,
-    };
+    let mut report = Report::new(settings, dimension)?;
     for first in (0..count).step_by(CHUNK) {
         let chunk = first..(first + CHUNK).min(count);
         let answers = parallel::map(chunk.len(), |i| {
-            let pair = chunk.start + i;
-            let answer = prepared.answer([2 * pair, 2 * pair + 1], &request);
+            let answer = find(chunk.start + i);
             progress.done(1);
             answer
         });
@@ -101,7 +155,7 @@ pub fn run(settings: &PathSettings, progress: &Progress) -> Result<Exit, Failure
         ));
     }
     kept.retain(|path| path.length.is_some());
-    write_files(settings, &*prepared, &kept, progress)?;
+    write_files(settings, dimension, &kept, samples, progress)?;
     progress.clear();
     report.finish()?;
     Ok(worst)
@@ -155,7 +209,7 @@ impl<W: Write> Report<W> {
     }
 }
 
-fn pairs(ends: &Ends) -> Result<Vec<[End; 2]>, Failure> {
+fn read_pairs(ends: &Ends) -> Result<Vec<[End; 2]>, Failure> {
     let read = match ends {
         Ends::One(pair) => return Ok(vec![pair.clone()]),
         Ends::File(file) => taut_io::read_pairs(file)?,
@@ -175,8 +229,9 @@ fn pairs(ends: &Ends) -> Result<Vec<[End; 2]>, Failure> {
 
 fn write_files(
     settings: &PathSettings,
-    prepared: &dyn Prepared,
+    dimension: usize,
     paths: &[FoundPath],
+    samples: &dyn Fn() -> FlatSamples,
     progress: &Progress,
 ) -> Result<(), Failure> {
     if paths.is_empty() {
@@ -187,7 +242,7 @@ fn write_files(
         let polylines: Vec<Polyline<'_>> = paths
             .iter()
             .map(|path| Polyline {
-                dimension: prepared.dimension(),
+                dimension,
                 points: &path.points,
                 normals: Some(&path.normals),
                 arc_length: &path.arc_length,
@@ -198,7 +253,7 @@ fn write_files(
     }
     if let Some(file) = &settings.picture {
         progress.step("drawing");
-        picture::draw(file, &prepared.samples(), paths)?;
+        picture::draw(file, &samples(), paths)?;
     }
     Ok(())
 }

@@ -12,6 +12,7 @@ use taut_core::guess::particles::Spread;
 
 use crate::exit::Failure;
 use crate::flags::{CheckFlags, CorrectionFlags, FitFlags, MatrixFlags, PathFlags, SampleFlags};
+use crate::values::Reconstruction;
 pub use directions::{Aim, ExpSettings, LogSettings};
 pub use field::{CostSettings, FieldSettings, IsolineSettings, Rates};
 pub use source::{CloudSettings, Model, Source, Sources};
@@ -231,8 +232,13 @@ impl TryFrom<CheckFlags> for CheckSettings {
     type Error = Failure;
 
     fn try_from(flags: CheckFlags) -> Result<Self, Failure> {
+        let mut source = flags.surface.try_into()?;
+        // Surfaces of both kinds rest on the charts, and these are what there is to tell of.
+        if let Source::Cloud(cloud) = &mut source {
+            cloud.model.reconstruction = Reconstruction::Atlas;
+        }
         Ok(Self {
-            source: flags.surface.try_into()?,
+            source,
             json: flags.json,
         })
     }

@@ -10,6 +10,7 @@ use taut_core::{Vector, parallel};
 
 use crate::equations::{Bounds, Implicit, Law};
 use crate::ready::{Ask, AskField, Progress, Ready};
+use crate::size::intrinsic_dimension;
 use crate::{
     Check, CloudOptions, Distances, End, Error, FieldOptions, Logarithms, Matrix, Path,
     PathOptions, Shot, by_size,
@@ -359,22 +360,6 @@ fn check_rows(rows: &[f64], coordinates: usize) -> Result<(), Error> {
         });
     }
     Ok(())
-}
-
-/// The dimension asked for, or that of a surface in space.
-fn intrinsic_dimension<const D: usize>(
-    asked: Option<usize>,
-    coordinates: usize,
-) -> Result<usize, Error> {
-    let most = coordinates.min(D - 1);
-    let usual = (coordinates <= 3).then_some(2);
-    let found = asked.or(usual);
-    let fits = found.filter(|found| (1..=most).contains(found));
-    fits.ok_or(Error::Dimension {
-        found,
-        most,
-        coordinates,
-    })
 }
 
 /// Put through the points, or fitted to them within an accuracy.

@@ -1,11 +1,11 @@
 //! `taut matrix`: the distances of all pairs, in a table that is filled block by block.
 
 mod files;
-pub mod fill;
+mod fill;
 mod identity;
 mod journal;
 mod paths;
-pub mod plan;
+mod plan;
 mod sparse;
 mod store;
 mod tally;
@@ -20,11 +20,13 @@ use crate::exit::{Exit, Failure};
 use crate::numbers::exponential;
 use crate::output::{line, tell};
 use crate::outputs::Files;
+use crate::pairs::Ends;
 use crate::progress::Progress;
-use crate::ready;
+use crate::ready::{self, Mls, Question, Ready};
 use crate::settings::{MatrixSettings, Source};
 use crate::sites::ends_of_file;
-use fill::Work;
+use crate::surface::Show;
+use fill::{Keep, Work};
 use journal::{Done, Journal};
 use plan::{Block, Plan};
 use store::Store;
@@ -129,32 +131,88 @@ fn fill(
     let is_done = go_on(settings, plan, &blocks, &mut journal, progress)?;
     blocks.retain(|block| !is_done[block.index]);
     if !blocks.is_empty() {
-        let prepared = ready::prepare(&settings.source, ends, progress)?;
-        prepared.check_ends()?;
-        if !journal.done.is_empty() {
-            let found = count - blocks.len();
-            progress.note(&format!("{found} of {count} blocks were done before"));
-        }
-        let mut store = Store::open(settings, plan, prepared.dimension(), &journal.done)?;
-        progress.step("pairs");
-        let work = Work {
-            plan,
-            blocks,
-            correction: settings.correction,
-            progress,
+        let filling = Filling {
+            settings,
+            ends,
+            count,
+            work: Work {
+                plan,
+                blocks,
+                correction: settings.correction,
+                progress,
+            },
+            journal: &mut journal,
+            unfinished: &mut unfinished,
         };
-        prepared.fill(&work, &mut |block, entries| {
-            let done = store.write(block, &entries)?;
-            journal.add(done)?;
-            unfinished.drain(..).for_each(Unfinished::keep);
-            Ok(())
-        })?;
+        ready::visit(&settings.source, filling, progress)?;
     }
     unfinished.drain(..).for_each(Unfinished::keep);
     store::complete(settings, plan, &journal.done)?;
     let done = std::mem::take(&mut journal.done);
     journal.remove()?;
     Ok(done)
+}
+
+/// The blocks that are left of a table, and what is told when one is done.
+struct Filling<'a> {
+    settings: &'a MatrixSettings,
+    ends: Vec<End>,
+    /// Number of all blocks.
+    count: usize,
+    work: Work<'a>,
+    journal: &'a mut Journal,
+    unfinished: &'a mut Vec<Unfinished>,
+}
+
+impl Question for Filling<'_> {
+    type Answer = ();
+
+    fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
+        Ok(self.ends.clone())
+    }
+
+    fn answer<const D: usize, S: Show<D>>(
+        self,
+        ready: &Ready<'_, D, S>,
+        _: &Progress,
+    ) -> Result<(), Failure> {
+        let nodes = Ends::new(ready, &self.ends).nodes()?;
+        self.fill(ready.dimension, &|work, keep| {
+            fill::fill(ready, &nodes, work, keep)
+        })
+    }
+
+    fn answer_mls<'a>(
+        self,
+        make: impl FnOnce() -> Result<Mls<'a>, Failure>,
+        progress: &Progress,
+    ) -> Result<(), Failure> {
+        self.answer(&make()?, progress)
+    }
+}
+
+impl Filling<'_> {
+    /// Writes blocks as `find` hands them over; points have `dimension` coordinates.
+    fn fill(
+        self,
+        dimension: usize,
+        find: &dyn Fn(&Work<'_>, Keep<'_>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let Self { work, journal, .. } = self;
+        if !journal.done.is_empty() {
+            let found = self.count - work.blocks.len();
+            let note = format!("{found} of {} blocks were done before", self.count);
+            work.progress.note(&note);
+        }
+        let mut store = Store::open(self.settings, work.plan, dimension, &journal.done)?;
+        work.progress.step("pairs");
+        find(&work, &mut |block, entries| {
+            let done = store.write(block, &entries)?;
+            journal.add(done)?;
+            self.unfinished.drain(..).for_each(Unfinished::keep);
+            Ok(())
+        })
+    }
 }
 
 /// Which blocks an earlier run has done, and are still as it left them.
