@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use clap::Args;
 use taut::equations::Implicit;
 use taut::size::coordinates;
 use taut_core::geodesics::Geodesics;
@@ -16,14 +17,29 @@ use crate::numbers::significant;
 use crate::output::{line, tell};
 use crate::progress::Progress;
 use crate::ready::{self, Charts, Visit};
-use crate::settings::CheckSettings;
+use crate::source::{Source, SurfaceFlags};
 use crate::surface::corners;
+use crate::values::Reconstruction;
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// Write one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Tells what the surface is like.
-pub fn run(settings: &CheckSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let facts = ready::visit(&settings.source, Checked, progress)?;
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let mut source = flags.surface.source()?;
+    // Surfaces of both kinds rest on the charts, and these are what there is to tell of.
+    if let Source::Cloud(cloud) = &mut source {
+        cloud.model.reconstruction = Reconstruction::Atlas;
+    }
+    let facts = ready::visit(&source, Checked, progress)?;
     progress.clear();
-    tell(&facts, settings.json, |out, facts| write(out, facts))?;
+    tell(&facts, flags.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 

@@ -1,23 +1,26 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
+use std::path::Path;
+
 use taut::Error;
 use taut_core::cloud::Cloud;
+use taut_core::geodesics::Geodesics;
 use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
 use taut_core::surface::mls::MovingLeastSquares;
-use taut_io::PointSet;
+use taut_io::{PointSet, ReadOptions};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::settings::{CloudSettings, Model};
+use crate::source::Model;
 use crate::surface::{Samples, Show};
 
 /// Reads the points of a file and passes on the reader's notes.
-pub fn read(settings: &CloudSettings, progress: &Progress) -> Result<PointSet, Failure> {
-    progress.step(format!("reading {}", settings.file.display()));
-    let points = taut_io::read(&settings.file, &settings.options)?;
+pub fn read(file: &Path, options: &ReadOptions, progress: &Progress) -> Result<PointSet, Failure> {
+    progress.step(format!("reading {}", file.display()));
+    let points = taut_io::read(file, options)?;
     for note in &points.notes {
-        progress.note(&format!("{}: {note}", settings.file.display()));
+        progress.note(&format!("{}: {note}", file.display()));
     }
     Ok(points)
 }
@@ -77,6 +80,24 @@ fn intervals<const D: usize>(asked: &[f64], dimension: usize) -> Result<Option<[
         }
     }
     Ok(Some(intervals))
+}
+
+/// A surface of moving least squares.
+pub fn mls(
+    name: &str,
+    points: &PointSet,
+    model: &Model,
+    progress: &Progress,
+) -> Result<Geodesics<3, MovingLeastSquares<3>>, Failure> {
+    if !(2..=3).contains(&points.dimension) {
+        return Err(Failure::Usage(format!(
+            "--surface mls: found points of {} coordinates, expected 2 or 3; leave it out",
+            points.dimension
+        )));
+    }
+    let atlas = atlas::<3>(name, points, model, progress)?;
+    note_changes(name, &atlas, progress);
+    Geodesics::of_mls(atlas, None).map_err(|error| Failure::Usage(format!("{name}: {error}")))
 }
 
 /// Notes points dropped, merged and added.

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 use std::io::Write;
+use std::path::PathBuf;
 
+use clap::Args;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use taut::End;
@@ -10,15 +12,26 @@ use taut_io::PointSet;
 
 use crate::answer::{Answer, FoundPath};
 use crate::exit::{Exit, Failure};
-use crate::flags::DemoFlags;
 use crate::numbers::{exponential, rounded};
 use crate::outputs::Files;
 use crate::pairs::{Ends, Request};
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
-use crate::settings::Model;
+use crate::source::Model;
 use crate::surface::{FlatSamples, Show};
+use crate::values::seed;
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    /// Where to put the picture
+    #[arg(long, value_name = "FILE.png", default_value = "taut-demo.png")]
+    pub picture: PathBuf,
+    /// The seed of the random points of the sheet
+    #[arg(long, value_name = "S", default_value = "1", value_parser = seed)]
+    #[arg(allow_negative_numbers = true)]
+    pub seed: u64,
+}
 
 /// Radius of the roll at its inner end.
 const INNER_RADIUS: f64 = 0.3;
@@ -31,7 +44,7 @@ const STEP: f64 = 0.02;
 const SHOWN: [[[f64; 2]; 2]; 2] = [[[0.86, 0.1], [0.99, 0.75]], [[0.98, 0.05], [0.02, 0.9]]];
 
 /// Makes the roll, finds the paths, and writes them beside the exact distances.
-pub fn run(flags: &DemoFlags, progress: &Progress) -> Result<Exit, Failure> {
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
     let picture = Some(flags.picture.as_path());
     Files::default().writes_picture(picture).check()?;
     progress.step("rolling up a sheet");
@@ -115,12 +128,7 @@ impl Question for Shown<'_> {
     }
 }
 
-fn write(
-    flags: &DemoFlags,
-    count: usize,
-    paths: &[FoundPath],
-    exact: &[f64],
-) -> Result<(), Failure> {
+fn write(flags: &Flags, count: usize, paths: &[FoundPath], exact: &[f64]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     writeln!(
         out,

@@ -13,8 +13,8 @@ use crate::exit::Failure;
 use crate::numbers::{rounding, significant};
 use crate::progress::Progress;
 use crate::ready::Ready;
-use crate::settings::Sources;
 use crate::sites::{self, Site};
+use crate::source::Sources;
 use crate::surface::Show;
 
 /// A node of a surface and how far a point was moved there.

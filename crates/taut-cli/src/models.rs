@@ -126,11 +126,6 @@ impl FileModel {
         filled.map(|line| line.1).nth(before).unwrap_or(before + 1)
     }
 
-    /// What errors call the surface.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// Coordinates of a point.
     pub fn dimension(&self) -> usize {
         self.dimension

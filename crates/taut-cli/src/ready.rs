@@ -5,7 +5,6 @@ use taut::equations::Implicit;
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::Guide;
 use taut_core::surface::atlas::Atlas;
-use taut_core::surface::mls::MovingLeastSquares;
 use taut_io::PointSet;
 
 use crate::clouds;
@@ -13,7 +12,7 @@ use crate::equations;
 use crate::exit::Failure;
 use crate::models::{self, FileModel};
 use crate::progress::Progress;
-use crate::settings::{Model, Source};
+use crate::source::{CloudSettings, Model, Source};
 use crate::surface::{FlatSamples, Show, flat_samples, too_many};
 use crate::values::Reconstruction;
 
@@ -29,9 +28,6 @@ pub struct Ready<'a, const D: usize, S: Guide<D>> {
 
 /// A surface of charts, through points or of a model.
 pub type Charts<'a, const D: usize> = Ready<'a, D, Atlas<D>>;
-/// A surface of moving least squares.
-pub type Mls<'a> = Ready<'a, 3, MovingLeastSquares<3>>;
-
 /// What is done with a surface, kind by kind.
 pub trait Visit: Sized {
     /// What comes of it, free of the surface's types.
@@ -49,15 +45,6 @@ pub trait Visit: Sized {
         law: &Implicit,
         progress: &Progress,
     ) -> Result<Self::Answer, Failure>;
-
-    /// `_make` puts the surface through its points.
-    fn mls<'a>(
-        self,
-        _make: impl FnOnce() -> Result<Mls<'a>, Failure>,
-        _progress: &Progress,
-    ) -> Result<Self::Answer, Failure> {
-        Err(paths_alone())
-    }
 }
 
 /// What is asked in the same way of every kind of surface.
@@ -73,20 +60,6 @@ pub trait Question: Sized {
         ready: &Ready<'_, D, S>,
         progress: &Progress,
     ) -> Result<Self::Answer, Failure>;
-
-    /// As [`Visit::mls`]: questions about paths have an answer there.
-    fn answer_mls<'a>(
-        self,
-        _make: impl FnOnce() -> Result<Mls<'a>, Failure>,
-        _progress: &Progress,
-    ) -> Result<Self::Answer, Failure> {
-        Err(paths_alone())
-    }
-}
-
-fn paths_alone() -> Failure {
-    let message = "--surface mls: only taut path works on this surface; leave it out";
-    Failure::Usage(message.to_owned())
 }
 
 impl<Q: Question> Visit for Q {
@@ -115,46 +88,47 @@ impl<Q: Question> Visit for Q {
         };
         self.answer(&ready, progress)
     }
-
-    fn mls<'a>(
-        self,
-        make: impl FnOnce() -> Result<Mls<'a>, Failure>,
-        progress: &Progress,
-    ) -> Result<Q::Answer, Failure> {
-        self.answer_mls(make, progress)
-    }
 }
 
-/// What a surface is made of, as it was read.
+/// What a surface is made of, as it was read, and what errors call it.
 enum Opened<'a> {
-    /// Points, and what errors call them.
     Points(&'a str, &'a PointSet, &'a Model),
-    Model(&'a FileModel),
+    Model(&'a str, &'a FileModel),
     Law(&'a Implicit),
 }
 
-/// Makes the surface of the settings, and visits it.
+/// Makes the surface of a source, and visits it.
 pub fn visit<V: Visit>(
     source: &Source,
     visitor: V,
     progress: &Progress,
 ) -> Result<V::Answer, Failure> {
+    let name = source.name();
     match source {
+        Source::Cloud(CloudSettings {
+            model:
+                Model {
+                    reconstruction: Reconstruction::Mls,
+                    ..
+                },
+            ..
+        }) => {
+            let message = "--surface mls: only taut path works on this surface; leave it out";
+            Err(Failure::Usage(message.to_owned()))
+        }
         Source::Cloud(cloud) => {
-            let points = clouds::read(cloud, progress)?;
-            let name = cloud.file.display().to_string();
+            let points = clouds::read(&cloud.file, &cloud.options, progress)?;
             visit_points(&name, &points, &cloud.model, visitor, progress)
         }
         Source::Model(file) => {
             let model = models::read(file, progress)?;
-            let dimension = model.dimension();
-            sized(dimension, Opened::Model(&model), visitor, progress)
+            sized(Opened::Model(&name, &model), visitor, progress)
         }
-        Source::Equations(law) => sized(law.dimension, Opened::Law(law), visitor, progress),
+        Source::Equations(law) => sized(Opened::Law(law), visitor, progress),
     }
 }
 
-/// Puts a surface through points that errors call by a name, and visits it.
+/// Puts a surface of charts through points that errors call by a name, and visits it.
 pub fn visit_points<V: Visit>(
     name: &str,
     points: &PointSet,
@@ -162,22 +136,42 @@ pub fn visit_points<V: Visit>(
     visitor: V,
     progress: &Progress,
 ) -> Result<V::Answer, Failure> {
-    match model.reconstruction {
-        Reconstruction::Atlas => {
-            let opened = Opened::Points(name, points, model);
-            sized(points.dimension, opened, visitor, progress)
+    sized(Opened::Points(name, points, model), visitor, progress)
+}
+
+/// As [`visit`], but also on surfaces of moving least squares, where paths alone are found.
+pub fn visit_for_paths<Q: Question>(
+    source: &Source,
+    question: Q,
+    progress: &Progress,
+) -> Result<Q::Answer, Failure> {
+    match source {
+        Source::Cloud(cloud) if cloud.model.reconstruction == Reconstruction::Mls => {
+            let points = clouds::read(&cloud.file, &cloud.options, progress)?;
+            let name = source.name();
+            let ready = Ready {
+                name: &name,
+                geodesics: clouds::mls(&name, &points, &cloud.model, progress)?,
+                dimension: points.dimension,
+                points: Some(&points),
+            };
+            question.answer(&ready, progress)
         }
-        Reconstruction::Mls => visitor.mls(|| mls(name, points, model, progress), progress),
+        _ => visit(source, question, progress),
     }
 }
 
 /// The one place where the dimension of space becomes a type.
 fn sized<V: Visit>(
-    dimension: usize,
     opened: Opened<'_>,
     visitor: V,
     progress: &Progress,
 ) -> Result<V::Answer, Failure> {
+    let dimension = match opened {
+        Opened::Points(_, points, _) => points.dimension,
+        Opened::Model(_, model) => model.dimension(),
+        Opened::Law(law) => law.dimension,
+    };
     taut::by_size!(dimension, too_many, made<V>(opened, visitor, progress))
 }
 
@@ -191,7 +185,7 @@ fn made<const D: usize, V: Visit>(
             let atlas = clouds::atlas::<D>(name, points, model, progress)?;
             (name, atlas, points.dimension, Some(points))
         }
-        Opened::Model(model) => (model.name(), model.atlas::<D>()?, model.dimension(), None),
+        Opened::Model(name, model) => (name, model.atlas::<D>()?, model.dimension(), None),
         Opened::Law(law) => return visitor.equations::<D>(law, progress),
     };
     let ready = Ready {
@@ -201,29 +195,6 @@ fn made<const D: usize, V: Visit>(
         points,
     };
     visitor.charts(&ready, progress)
-}
-
-fn mls<'a>(
-    name: &'a str,
-    points: &'a PointSet,
-    model: &Model,
-    progress: &Progress,
-) -> Result<Mls<'a>, Failure> {
-    if !(2..=3).contains(&points.dimension) {
-        return Err(Failure::Usage(format!(
-            "--surface mls: found points of {} coordinates, expected 2 or 3; leave it out",
-            points.dimension
-        )));
-    }
-    let atlas = clouds::atlas::<3>(name, points, model, progress)?;
-    clouds::note_changes(name, &atlas, progress);
-    Ok(Ready {
-        name,
-        geodesics: Geodesics::of_mls(atlas, None)
-            .map_err(|error| Failure::Usage(format!("{name}: {error}")))?,
-        dimension: points.dimension,
-        points: Some(points),
-    })
 }
 
 impl<const D: usize> Charts<'_, D> {

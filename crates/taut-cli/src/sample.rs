@@ -1,5 +1,9 @@
 //! `taut sample`.
 
+mod either;
+mod farthest;
+mod flags;
+
 use std::io::Write;
 
 use serde::Serialize;
@@ -12,19 +16,18 @@ use taut_core::surface::implicit::{Equations, ImplicitSurface};
 use taut_core::surface::{Geometry, Node, Surface};
 use taut_io::Content;
 
-use crate::either::Either;
 use crate::equations;
 use crate::exit::{Exit, Failure};
-use crate::farthest;
 use crate::numbers::significant;
 use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Charts, Visit};
-use crate::settings::SampleSettings;
 use crate::sites;
 use crate::surface::{FlatSamples, corners};
+use either::Either;
+pub use flags::{EXAMPLES, Flags};
 
 /// Points spread over a surface, their dimension forgotten.
 struct Sampled {
@@ -49,27 +52,21 @@ struct Facts {
 }
 
 /// Samples the surface and writes what was asked for.
-pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let dimension = settings.source.dimension();
-    Files::of(&settings.source)
-        .reads_sources("--sources", &settings.sources)
-        .writes(
-            "--output",
-            settings.output.as_deref(),
-            Content::Points,
-            dimension,
-        )
-        .writes_picture(settings.picture.as_deref())
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let source = flags.surface.source()?;
+    let output = flags.output.as_deref();
+    Files::of(&source)
+        .reads("--sources", flags.sources.as_deref())
+        .writes("--output", output, Content::Points, source.dimension())
+        .writes_picture(flags.picture.as_deref())
         .check()?;
-    if settings.farthest {
-        return farthest::run(settings, progress);
+    if flags.farthest {
+        return farthest::run(flags, &source, progress);
     }
-    let sampled = ready::visit(&settings.source, Spread(settings), progress)?;
-    write_files(settings, &sampled, progress)?;
+    let sampled = ready::visit(&source, Spread(flags), progress)?;
+    write_files(flags, &sampled, progress)?;
     progress.clear();
-    tell(&sampled.facts(), settings.json, |out, facts| {
-        write(out, facts)
-    })?;
+    tell(&sampled.facts(), flags.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 
@@ -100,7 +97,7 @@ struct Start<'a, const D: usize> {
 }
 
 /// Lets particles spread.
-struct Spread<'a>(&'a SampleSettings);
+struct Spread<'a>(&'a Flags);
 
 impl Visit for Spread<'_> {
     type Answer = Sampled;
@@ -110,10 +107,10 @@ impl Visit for Spread<'_> {
         ready: &Charts<'_, D>,
         progress: &Progress,
     ) -> Result<Sampled, Failure> {
-        let Self(settings) = self;
+        let Self(flags) = self;
         ready.note_changes(progress);
         let ends =
-            sites::ends_of_sources("--sources", &settings.sources, ready.dimension, progress)?;
+            sites::ends_of_sources("--sources", &flags.sources(), ready.dimension, progress)?;
         let given = ends.iter().map(|end| Ok(ready.locate(end)?.0));
         let given: Vec<_> = given.collect::<Result<_, Failure>>()?;
         progress.step("particles");
@@ -126,13 +123,13 @@ impl Visit for Spread<'_> {
             dimension: ready.dimension,
             fixed: !given.is_empty(),
             sources: match given[..] {
-                [] => one_of_each(ready, settings.count, progress),
+                [] => one_of_each(ready, flags.count, progress),
                 _ => given,
             },
             size: (high - low).norm(),
             region: None,
         };
-        start.spread(settings)
+        start.spread(flags)
     }
 
     /// Particles need no graph: the surface is not sampled for one.
@@ -141,8 +138,8 @@ impl Visit for Spread<'_> {
         law: &Implicit,
         progress: &Progress,
     ) -> Result<Sampled, Failure> {
-        let Self(settings) = self;
-        let ends = sites::ends_of_sources("--sources", &settings.sources, law.dimension, progress)?;
+        let Self(flags) = self;
+        let ends = sites::ends_of_sources("--sources", &flags.sources(), law.dimension, progress)?;
         let refused = |error| equations::refused(law, "--bounds or --source", error);
         let searched = law.searched::<D>().map_err(refused)?;
         if let (Law::Texts(_), None, []) = (&law.law, &law.bounds, &ends[..]) {
@@ -188,7 +185,7 @@ impl Visit for Spread<'_> {
                 high: padded(&region.high),
             }),
         };
-        start.spread(settings)
+        start.spread(flags)
     }
 }
 
@@ -220,11 +217,14 @@ fn one_of_each<const D: usize>(
 }
 
 impl<const D: usize> Start<'_, D> {
-    fn spread(&self, settings: &SampleSettings) -> Result<Sampled, Failure> {
+    fn spread(&self, flags: &Flags) -> Result<Sampled, Failure> {
         let of_particles = particles::Settings {
             region: self.region,
-            spread: settings.spread,
-            seed: settings.seed,
+            spread: match flags.uniform {
+                true => particles::Spread::Even,
+                false => particles::Spread::Curvature,
+            },
+            seed: flags.seed,
             ..particles::Settings::new(self.size)
         };
         let Sampling {
@@ -237,7 +237,7 @@ impl<const D: usize> Start<'_, D> {
             &self.surface,
             &self.sources,
             self.fixed,
-            settings.count,
+            flags.count,
             &of_particles,
         )
         .map_err(|error| Failure::Surface {
@@ -278,17 +278,13 @@ fn on_surface<const D: usize>(
 /// Radius of a point in a picture, in spacings.
 const DOT: f64 = 0.3;
 
-fn write_files(
-    settings: &SampleSettings,
-    sampled: &Sampled,
-    progress: &Progress,
-) -> Result<(), Failure> {
-    if let Some(file) = &settings.output {
+fn write_files(flags: &Flags, sampled: &Sampled, progress: &Progress) -> Result<(), Failure> {
+    if let Some(file) = &flags.output {
         progress.step("writing the points");
         let normals = sampled.is_hypersurface.then_some(&sampled.normals[..]);
         taut_io::write_points(file, sampled.dimension, &sampled.points, normals)?;
     }
-    if let Some(file) = &settings.picture {
+    if let Some(file) = &flags.picture {
         progress.step("drawing");
         let radii = sampled.spacings.iter().map(|spacing| DOT * spacing);
         let samples = FlatSamples {

@@ -6,6 +6,7 @@ mod identity;
 mod journal;
 mod paths;
 mod plan;
+mod settings;
 mod sparse;
 mod store;
 mod tally;
@@ -22,13 +23,14 @@ use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::pairs::Ends;
 use crate::progress::Progress;
-use crate::ready::{self, Mls, Question, Ready};
-use crate::settings::{MatrixSettings, Source};
+use crate::ready::{self, Question, Ready};
 use crate::sites::ends_of_file;
 use crate::surface::Show;
 use fill::{Keep, Work};
 use journal::{Done, Journal};
 use plan::{Block, Plan};
+use settings::Settings;
+pub use settings::{EXAMPLES, Flags};
 use store::Store;
 use tally::Tally;
 
@@ -44,7 +46,8 @@ struct Facts {
 }
 
 /// Fills the table and writes what was asked for.
-pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failure> {
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let settings = &Settings::try_from(flags)?;
     check_files(settings)?;
     progress.step("reading the sources");
     let mut ends = ends_of_file(&settings.sources)?;
@@ -70,7 +73,7 @@ pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failu
         .fold(Tally::default(), |sum, done| sum.and(done.tally));
     let [rows, columns] = plan.shape();
     let facts = Facts {
-        surface: name_of(&settings.source),
+        surface: settings.source.name(),
         matrix: settings.output.display().to_string(),
         rows,
         columns,
@@ -81,7 +84,7 @@ pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failu
 }
 
 /// The files that are read and written.
-fn check_files(settings: &MatrixSettings) -> Result<(), Failure> {
+fn check_files(settings: &Settings) -> Result<(), Failure> {
     let folder = settings.paths.as_ref().map(|paths| paths.folder.as_path());
     let outputs = files::outputs(settings);
     let journal = files::journal(settings);
@@ -105,7 +108,7 @@ fn check_files(settings: &MatrixSettings) -> Result<(), Failure> {
 
 /// Does what is left of the table, and puts it in its place; answers all blocks.
 fn fill(
-    settings: &MatrixSettings,
+    settings: &Settings,
     plan: &Plan,
     ends: Vec<End>,
     progress: &Progress,
@@ -144,7 +147,7 @@ fn fill(
             journal: &mut journal,
             unfinished: &mut unfinished,
         };
-        ready::visit(&settings.source, filling, progress)?;
+        ready::visit_for_paths(&settings.source, filling, progress)?;
     }
     unfinished.drain(..).for_each(Unfinished::keep);
     store::complete(settings, plan, &journal.done)?;
@@ -155,7 +158,7 @@ fn fill(
 
 /// The blocks that are left of a table, and what is told when one is done.
 struct Filling<'a> {
-    settings: &'a MatrixSettings,
+    settings: &'a Settings,
     ends: Vec<End>,
     /// Number of all blocks.
     count: usize,
@@ -180,14 +183,6 @@ impl Question for Filling<'_> {
         self.fill(ready.dimension, &|work, keep| {
             fill::fill(ready, &nodes, work, keep)
         })
-    }
-
-    fn answer_mls<'a>(
-        self,
-        make: impl FnOnce() -> Result<Mls<'a>, Failure>,
-        progress: &Progress,
-    ) -> Result<(), Failure> {
-        self.answer(&make()?, progress)
     }
 }
 
@@ -217,7 +212,7 @@ impl Filling<'_> {
 
 /// Which blocks an earlier run has done, and are still as it left them.
 fn go_on(
-    settings: &MatrixSettings,
+    settings: &Settings,
     plan: &Plan,
     blocks: &[Block],
     journal: &mut Journal,
@@ -258,14 +253,6 @@ fn go_on(
         ));
     }
     Ok(is_done)
-}
-
-fn name_of(source: &Source) -> String {
-    match source {
-        Source::Cloud(cloud) => cloud.file.display().to_string(),
-        Source::Model(file) => file.display().to_string(),
-        Source::Equations(settings) => settings.law.to_string(),
-    }
 }
 
 fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {

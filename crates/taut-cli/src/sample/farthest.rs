@@ -16,8 +16,9 @@ use crate::output::{line, tell};
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Charts, Visit};
-use crate::settings::SampleSettings;
+use crate::sample::flags::Flags;
 use crate::sites;
+use crate::source::Source;
 use crate::surface::FlatSamples;
 
 /// What is told of points far from each other. Lengths are in the units of the input.
@@ -35,22 +36,22 @@ struct Facts {
 }
 
 /// Finds points of a cloud far from each other and writes what was asked for.
-pub fn run(settings: &SampleSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let facts = ready::visit(&settings.source, Farthest(settings), progress)?;
-    if let Some(file) = &settings.output {
+pub fn run(flags: &Flags, source: &Source, progress: &Progress) -> Result<Exit, Failure> {
+    let facts = ready::visit(source, Farthest(flags), progress)?;
+    if let Some(file) = &flags.output {
         progress.step("writing the points");
         taut_io::write_points(file, facts.points.dimension, &facts.points.points, None)?;
     }
-    if let Some(file) = &settings.picture {
+    if let Some(file) = &flags.picture {
         progress.step("drawing");
         picture::draw(file, &facts.points, &[])?;
     }
     progress.clear();
-    tell(&facts, settings.json, write)?;
+    tell(&facts, flags.json, write)?;
     Ok(Exit::Success)
 }
 
-struct Farthest<'a>(&'a SampleSettings);
+struct Farthest<'a>(&'a Flags);
 
 impl Visit for Farthest<'_> {
     type Answer = Facts;
@@ -60,23 +61,23 @@ impl Visit for Farthest<'_> {
         ready: &Charts<'_, D>,
         progress: &Progress,
     ) -> Result<Facts, Failure> {
-        let Self(settings) = self;
+        let Self(flags) = self;
         if ready.points.is_none() {
             return Err(no_cloud());
         }
         ready.note_changes(progress);
         let refused = |error| ready.refused(error);
         let ends =
-            sites::ends_of_sources("--sources", &settings.sources, ready.dimension, progress)?;
+            sites::ends_of_sources("--sources", &flags.sources(), ready.dimension, progress)?;
         let first: Vec<usize> = ends
             .iter()
             .map(|end| point(ready, end))
             .collect::<Result<_, _>>()?;
         let fields = Kind::fields(&ready.geodesics, None).map_err(refused)?;
         progress.step("distances");
-        progress.count_to(settings.count);
+        progress.count_to(flags.count);
         let found = fields
-            .farthest(&first, settings.count, &field::Settings::default(), |_| {
+            .farthest(&first, flags.count, &field::Settings::default(), |_| {
                 progress.done(1);
             })
             .map_err(refused)?;
