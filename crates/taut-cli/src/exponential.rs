@@ -13,9 +13,8 @@ use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylin
 
 use crate::answer::{FoundPath, Outcome};
 use crate::exit::{Exit, Failure};
-use crate::logarithm::names;
 use crate::numbers::exponential;
-use crate::output::{line, tell, write_columns, yes_or_no};
+use crate::output::{line, names, tell, write_columns, yes_or_no};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;

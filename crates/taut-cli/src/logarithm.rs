@@ -14,7 +14,7 @@ use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::exit::{Exit, Failure};
 use crate::numbers::{exponential, significant};
-use crate::output::{line, tell, write_columns};
+use crate::output::{line, names, tell, write_columns};
 use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
@@ -221,17 +221,6 @@ fn unfit(surface: &str, reason: &str) -> Failure {
         surface: surface.to_owned(),
         reason: reason.to_owned(),
     }
-}
-
-/// The names of a vector's coordinates.
-pub fn names(vector: &str, dimension: usize) -> Vec<String> {
-    let axis = |i: usize| match dimension {
-        3 => ["x", "y", "z"][i].to_owned(),
-        _ => i.to_string(),
-    };
-    (0..dimension)
-        .map(|i| format!("{vector}_{}", axis(i)))
-        .collect()
 }
 
 impl Table {

@@ -178,6 +178,17 @@ pub fn write_columns(columns: &[Column<'_>]) -> io::Result<()> {
     out.flush()
 }
 
+/// The names of a vector's coordinates.
+pub fn names(vector: &str, dimension: usize) -> Vec<String> {
+    let axis = |i: usize| match dimension {
+        3 => ["x", "y", "z"][i].to_owned(),
+        _ => i.to_string(),
+    };
+    (0..dimension)
+        .map(|i| format!("{vector}_{}", axis(i)))
+        .collect()
+}
+
 /// A line of an aligned list.
 pub fn line(out: &mut impl Write, name: &str, value: &str) -> io::Result<()> {
     writeln!(out, "{name:<24}{value}")
