@@ -17,7 +17,7 @@ use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
-use crate::source::{MODEL_EXTENSION, PointFlags};
+use crate::source::{MODEL_EXTENSION, PointFlags, formats};
 use crate::surface::{Samples, flat_samples, too_many};
 use crate::values::positive;
 
@@ -33,8 +33,7 @@ outside.";
 
 #[derive(Debug, Args)]
 pub struct Flags {
-    /// A file of points: ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy
-    #[arg(value_name = "CLOUD")]
+    #[arg(value_name = "CLOUD", help = format!("A file of points: {}", formats()))]
     pub file: PathBuf,
     /// The distance from the surface within which the points must lie, in their units; a larger one
     /// gives a smoother surface [default: a thousandth of the diagonal of the points' box]

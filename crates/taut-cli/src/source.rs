@@ -16,9 +16,8 @@ use crate::values::{Reconstruction, class, count};
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub struct SourceFlags {
-    /// A file of points (ply, obj, off, stl, xyz, txt, csv, pcd, las, laz, e57 or npy), or a model
-    /// that taut fit wrote (taut)
     #[arg(value_name = "SURFACE")]
+    #[arg(help = format!("A file of points ({}), or a model that taut fit wrote (taut)", formats()))]
     pub file: Option<PathBuf>,
     /// An equation in x, y, z or in x1, x2, .., such as 'x^2 + y^2 + z^2 = 1'; repeat the flag for
     /// several equations
@@ -29,6 +28,13 @@ pub struct SourceFlags {
     #[arg(long, value_name = "NAME:SIZES", value_parser = Shape::parse)]
     #[arg(conflicts_with_all = ["classes", "format", "dimension"])]
     pub shape: Option<Shape>,
+}
+
+/// The extensions of files of points, as a sentence lists them.
+pub fn formats() -> String {
+    let list = Format::extensions();
+    let parts = list.rsplit_once(", ");
+    parts.map_or(list.clone(), |(first, last)| format!("{first} or {last}"))
 }
 
 /// How a file of points is read.
