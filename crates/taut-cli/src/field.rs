@@ -118,7 +118,7 @@ fn check_files(flags: &Flags, source: &Source) -> Result<(), Failure> {
     let at = flags.at.as_deref();
     let content = Content::Table {
         original: at.or_else(|| source.points()),
-        columns: if at.is_some() { 4 } else { 3 },
+        columns: Answer::COLUMNS + usize::from(at.is_some()),
     };
     let listed = flags.sources.as_deref().or(flags.curve.as_deref());
     let dimension = source.dimension();

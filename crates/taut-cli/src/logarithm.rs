@@ -13,8 +13,8 @@ use taut_core::field::{self, Field, Fields, Logarithm};
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::exit::{Exit, Failure};
-use crate::numbers::{exponential, significant};
-use crate::output::{line, names, tell, write_columns};
+use crate::numbers::{largest, median_and_most, significant};
+use crate::output::{errors_line, line, moved_lines, names, tell, write_columns};
 use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
@@ -207,10 +207,7 @@ impl Question for Vectors<'_> {
         for logarithm in &found {
             table.push(&fields, &field, logarithm.as_ref());
         }
-        table.facts.moved_most = moved.map(|moved| {
-            let known = moved.into_iter().filter(|moved| !moved.is_nan());
-            known.fold(0.0, f64::max)
-        });
+        table.facts.moved_most = moved.as_deref().map(largest);
         table.sum_up();
         Ok(table)
     }
@@ -302,10 +299,8 @@ impl Table {
 
     fn sum_up(&mut self) {
         let reached = self.source.iter().zip(&self.error).filter(|v| *v.0 >= 0.0);
-        let mut errors: Vec<f64> = reached.map(|(_, error)| *error).collect();
-        errors.sort_by(f64::total_cmp);
-        self.facts.error_median = errors.get(errors.len() / 2).copied();
-        self.facts.error_most = errors.last().copied();
+        let errors = median_and_most(reached.map(|(_, error)| *error));
+        [self.facts.error_median, self.facts.error_most] = errors;
     }
 
     fn columns(&self) -> Vec<Column<'_>> {
@@ -374,15 +369,9 @@ impl Facts {
         line(out, "sources", &self.sources.to_string())?;
         let longest = self.longest.map_or("none reached".to_owned(), significant);
         line(out, "longest", &longest)?;
-        let errors = [self.error_median, self.error_most].map(exponential);
-        let errors = format!("{} (median), {} at most", errors[0], errors[1]);
-        line(out, "estimated error", &errors)?;
+        errors_line(out, [self.error_median, self.error_most])?;
         line(out, "not reached", &self.unreached.to_string())?;
         line(out, "bent round holes", &self.not_transported.to_string())?;
-        if let Some(moved) = self.moved_most {
-            line(out, "moved by at most", &exponential(Some(moved)))?;
-            line(out, "off the surface", &self.unusable.to_string())?;
-        }
-        Ok(())
+        moved_lines(out, self.moved_most, self.unusable)
     }
 }

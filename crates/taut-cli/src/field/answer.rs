@@ -8,8 +8,8 @@ use taut_core::Vector;
 use taut_core::field::{Value, least};
 use taut_io::Column;
 
-use crate::numbers::{exponential, significant};
-use crate::output::line;
+use crate::numbers::{largest, median_and_most, significant};
+use crate::output::{errors_line, line, moved_lines};
 use crate::picture::Levels;
 use crate::progress::Progress;
 
@@ -36,6 +36,9 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// The number of its columns, where points are the surface's own.
+    pub const COLUMNS: usize = 3;
+
     pub fn new(surface: &str, dimension: usize, points: Vec<f64>, moved: Option<Vec<f64>>) -> Self {
         let rows = points.len() / dimension;
         Self {
@@ -119,31 +122,26 @@ impl Answer {
                 .zip(&self.error)
                 .filter(|v| v.0.is_finite())
         };
-        let mut errors: Vec<f64> = reached().map(|(_, error)| *error).collect();
-        errors.sort_by(f64::total_cmp);
+        let [error_median, error_most] = median_and_most(reached().map(|(_, error)| *error));
         let count = |matches: fn(f64) -> bool| {
             self.distance
                 .iter()
                 .filter(|distance| matches(**distance))
                 .count()
         };
-        let largest_move = self.moved.as_ref().map(|moved| {
-            let known = moved.iter().copied().filter(|moved| !moved.is_nan());
-            known.fold(0.0, f64::max)
-        });
         Facts {
             surface: self.surface.clone(),
             points: self.distance.len(),
             sources,
             sources_moved: Vec::new(),
             farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
-            error_median: errors.get(errors.len() / 2).copied(),
-            error_most: errors.last().copied(),
+            error_median,
+            error_most,
             nearest,
             unreached: count(f64::is_infinite),
             unusable: self.unusable,
             unknown: self.unknown(),
-            moved_most: largest_move,
+            moved_most: self.moved.as_deref().map(largest),
         }
     }
 }
@@ -226,17 +224,12 @@ impl Facts {
         line(out, "sources", &sources)?;
         let farthest = self.farthest.map_or("none reached".to_owned(), significant);
         line(out, "farthest", &farthest)?;
-        let errors = [self.error_median, self.error_most].map(exponential);
-        let errors = format!("{} (median), {} at most", errors[0], errors[1]);
-        line(out, "estimated error", &errors)?;
+        errors_line(out, [self.error_median, self.error_most])?;
         if let Some(nearest) = self.nearest {
             line(out, "nearest asked for", &nearest.to_string())?;
         }
         line(out, "not reached", &self.unreached.to_string())?;
-        if let Some(moved) = self.moved_most {
-            line(out, "moved by at most", &exponential(Some(moved)))?;
-            line(out, "off the surface", &self.unusable.to_string())?;
-        }
+        moved_lines(out, self.moved_most, self.unusable)?;
         if self.unknown > 0 {
             line(out, "unknown", &self.unknown.to_string())?;
         }
