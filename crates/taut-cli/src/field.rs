@@ -335,7 +335,8 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
 }
 
 impl Found {
-    /// Writes the files asked for and tells of the field; without any its values go to standard output.
+    /// Writes the files asked for and tells of the field. Where no file is asked for, its values go
+    /// to standard output.
     fn write(&self, flags: &Flags, source: &Source, progress: &Progress) -> Result<(), Failure> {
         let Self { answer, .. } = self;
         if let Some(file) = &flags.output {

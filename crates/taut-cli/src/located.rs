@@ -30,7 +30,8 @@ const MOST_TOLD: usize = 8;
 pub struct Places<const D: usize, P> {
     /// As given, row-major.
     pub points: Vec<f64>,
-    /// Nodes of the surface and how far the points were moved there; `None` for those without a place on it.
+    /// Nodes of the surface and how far the points were moved there. `None` stands for a point without
+    /// a place on it.
     pub located: Vec<Option<Located<D, P>>>,
 }
 
@@ -61,8 +62,8 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         self.find(end).map_err(|reason| refused(end, reason))
     }
 
-    /// The sources with their start values: their own, else those of `starts`; and how far they were moved onto the
-    /// surface.
+    /// The sources with their start values, and how far they were moved onto the surface. A start
+    /// value is the source's own, or else that of `starts`.
     pub fn sources(
         &self,
         sources: &Sources,

@@ -201,7 +201,8 @@ pub fn errors_line(out: &mut impl Write, errors: [Option<f64>; 2]) -> io::Result
     line(out, "estimated error", &told)
 }
 
-/// The lines of points given: how far they were moved onto the surface, and how many have no place there.
+/// The lines about points given: how far they were moved onto the surface, and how many have no
+/// place there.
 pub fn moved_lines(out: &mut impl Write, most: Option<f64>, unusable: usize) -> io::Result<()> {
     if most.is_none() {
         return Ok(());

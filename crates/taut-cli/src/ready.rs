@@ -12,7 +12,7 @@ use crate::equations;
 use crate::exit::Failure;
 use crate::models::{self, FileModel};
 use crate::progress::Progress;
-use crate::source::{CloudSettings, Model, Source};
+use crate::source::{Model, Source};
 use crate::surface::{FlatSamples, Show, flat_samples, too_many};
 use crate::values::Reconstruction;
 
@@ -28,18 +28,20 @@ pub struct Ready<'a, const D: usize, S: Guide<D>> {
 
 /// A surface of charts, through points or of a model.
 pub type Charts<'a, const D: usize> = Ready<'a, D, Atlas<D>>;
-/// What is done with a surface, kind by kind.
+
+/// What is done with a surface, kind by kind: once it is known which, its dimension is a type.
 pub trait Visit: Sized {
     /// What comes of it, free of the surface's types.
     type Answer;
 
+    /// The surface is made of charts.
     fn charts<const D: usize>(
         self,
         ready: &Charts<'_, D>,
         progress: &Progress,
     ) -> Result<Self::Answer, Failure>;
 
-    /// What is done says which part of the surface it needs, and how.
+    /// The surface is that of equations, of which the visitor says what part it needs and how.
     fn equations<const D: usize>(
         self,
         law: &Implicit,
@@ -47,7 +49,7 @@ pub trait Visit: Sized {
     ) -> Result<Self::Answer, Failure>;
 }
 
-/// What is asked in the same way of every kind of surface.
+/// What is asked in the same way of every kind of surface. Every question is a [`Visit`].
 pub trait Question: Sized {
     /// What is found, free of the surface's types.
     type Answer;
@@ -105,14 +107,7 @@ pub fn visit<V: Visit>(
 ) -> Result<V::Answer, Failure> {
     let name = source.name();
     match source {
-        Source::Cloud(CloudSettings {
-            model:
-                Model {
-                    reconstruction: Reconstruction::Mls,
-                    ..
-                },
-            ..
-        }) => {
+        Source::Cloud(cloud) if cloud.model.reconstruction == Reconstruction::Mls => {
             let message = "--surface mls: only taut path works on this surface; leave it out";
             Err(Failure::Usage(message.to_owned()))
         }

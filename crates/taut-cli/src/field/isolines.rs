@@ -152,7 +152,8 @@ pub struct IsolineFacts {
     pub closed: usize,
     /// By how much the field at a vertex misses its line's level at most.
     pub missed_most: f64,
-    /// The largest estimated error of the field at a vertex, which the true distance may miss the level by besides.
+    /// The largest estimated error of the field at a vertex. The true distance may miss the level by
+    /// this as well.
     pub error_most: Option<f64>,
 }
 

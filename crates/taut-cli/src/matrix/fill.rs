@@ -37,7 +37,8 @@ const MEMORY: usize = 512 << 20;
 /// What a node of the graph takes of it.
 const NODE: usize = 8;
 
-/// Finds the paths between nodes for all blocks that are left, and hands over each block when it is done.
+/// Finds the paths between nodes for all blocks that are left, and hands over each block when it is
+/// done.
 pub fn fill<const D: usize, S: Show<D>>(
     ready: &Ready<'_, D, S>,
     nodes: &[Node<D, S::Place>],

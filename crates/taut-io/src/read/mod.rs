@@ -1,4 +1,5 @@
-//! One file per format, and the list of them all; what the bytes are and what they mean are kept apart inside each.
+//! The list of all formats, each of which has a file. What the bytes are and what they mean are kept
+//! apart inside each.
 
 mod e57;
 pub(crate) mod las;
@@ -52,8 +53,9 @@ pub struct ReadOptions {
     pub format: Option<Format>,
     /// LAS and LAZ: the classification codes to keep; every one when empty.
     pub classes: Vec<u8>,
-    /// A column of numbers to read beside the points, by its name: of CSV, XYZ and TXT with names in the first line, a
-    /// property of PLY's vertices, LAS and LAZ's `intensity` or an extra dimension.
+    /// The name of a column of numbers to read beside the points. In CSV, XYZ and TXT it stands in the
+    /// first line; in PLY it is a property of vertices, in LAS and LAZ `intensity` or an extra
+    /// dimension.
     pub column: Option<String>,
 }
 

@@ -1,5 +1,5 @@
-//! Shapes against differences, and against equations and parametrisations of their own. A new shape is checked by its
-//! examples and its seeds even if nothing is added here.
+//! Shapes against differences, and against equations and parametrisations of their own. A new shape
+//! is checked by its examples and its seeds even if nothing is added here.
 
 use num_dual::{Dual2SVec64, DualNum};
 
