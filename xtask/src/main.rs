@@ -1,6 +1,8 @@
-//! Project chores: `cargo xtask test` runs everything that must pass, `cargo xtask fuzz` looks for inputs that fail,
-//! `cargo xtask golden` tells whether a change altered an answer.
+//! Project chores: `cargo xtask test` runs everything that must pass, `cargo xtask fuzz` looks for
+//! inputs that fail, `cargo xtask golden` tells whether a change altered an answer, and `cargo xtask
+//! arrows` whether modules use only what they may.
 
+mod arrows;
 mod fuzz;
 mod golden;
 mod picture;
@@ -14,15 +16,17 @@ const USAGE: &str = "\
 Usage: cargo xtask test
        cargo xtask fuzz --minutes N [TARGET ...]
        cargo xtask golden [--write]
+       cargo xtask arrows
 
-test    formatting, lints, all tests, doc tests, documentation, and the demo with its picture;
+test    arrows, formatting, lints, all tests, doc tests, documentation, and the demo with its picture;
         stops at the first failure with its exit code
 fuzz    fuzzes each target (all of fuzz/fuzz_targets where none is named) for N minutes, as many at a time as there are
         cores; tells executions and coverage of each, and the inputs that failed
 golden  builds the command, runs short jobs and compares the checksums of their outputs with those in
         xtask/golden.txt; --write stores new ones. A change that moves code leaves all sums as they are, one that is
         meant to alter answers stores new sums and says which and why. The sums are those of x86-64 Linux: elsewhere
-        functions such as sin round otherwise, so compare before and after a change on one machine";
+        functions such as sin round otherwise, so compare before and after a change on one machine
+arrows  tells which modules use what docs/ARCHITECTURE.md does not let them use, and which files use each other in a circle";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -34,10 +38,11 @@ fn main() -> ExitCode {
         },
         [command] if command == "golden" => golden::run(false),
         [command, flag] if command == "golden" && flag == "--write" => golden::run(true),
+        [command] if command == "arrows" => arrows::run(),
         [command, ..] if command == "golden" => {
             usage("golden: expected nothing or --write behind it")
         }
-        _ => usage("expected test, fuzz or golden"),
+        _ => usage("expected test, fuzz, golden or arrows"),
     }
 }
 

@@ -58,16 +58,19 @@ pub fn run() -> ExitCode {
 fn steps(picture: &Path) -> Vec<Step> {
     let mut demo = step("demo", "demo --picture");
     // Built by the tests beside this program; `cargo run` would build it again with other features.
-    demo.program = std::env::current_exe().unwrap_or_default();
+    demo.program = this_program();
     demo.program
         .set_file_name(format!("taut{}", std::env::consts::EXE_SUFFIX));
     demo.arguments.push(picture.into());
     demo.picture = Some(picture.to_owned());
+    let mut arrows = step("arrows", "arrows");
+    arrows.program = this_program();
     let mut documentation = step("documentation", "doc --workspace --no-deps --lib");
     documentation.environment = vec![("RUSTDOCFLAGS", "-D warnings".into())];
     let mut steps = vec![
         step("rustfmt is there", "fmt --version"),
         step("clippy is there", "clippy --version"),
+        arrows,
         step("formatting", "fmt --all --check"),
         step(
             "lints",
@@ -101,6 +104,10 @@ fn python_steps(environment: &Environment) -> [Step; 3] {
         in_environment("Python tests", "python", "-m pytest --quiet"),
         in_environment("Python types", "python", "-m mypy python/taut"),
     ]
+}
+
+fn this_program() -> PathBuf {
+    std::env::current_exe().unwrap_or_default()
 }
 
 fn step(name: &'static str, arguments: &str) -> Step {

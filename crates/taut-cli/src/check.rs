@@ -2,77 +2,127 @@
 
 use std::io::Write;
 
+use clap::Args;
+use taut::equations::Implicit;
 use taut::size::coordinates;
+use taut_core::geodesics::Geodesics;
+use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
 use taut_core::surface::atlas::doubts::Doubt;
-use taut_io::PointSet;
 
-use crate::clouds;
 use crate::equations;
 use crate::exit::{Exit, Failure};
 use crate::facts::{ChartFacts, Facts, PointFacts};
-use crate::models;
 use crate::numbers::significant;
 use crate::output::{line, tell};
 use crate::progress::Progress;
-use crate::settings::{CheckSettings, Model, Source};
-use crate::surface::{corners, with_size};
+use crate::ready::{self, Charts, Visit};
+use crate::source::{Source, SurfaceFlags};
+use crate::surface::corners;
+use crate::values::Reconstruction;
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// Write one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Tells what the surface is like.
-pub fn run(settings: &CheckSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let facts = match &settings.source {
-        Source::Cloud(cloud) => {
-            let points = clouds::read(cloud, progress)?;
-            let name = cloud.file.display().to_string();
-            with_size!(
-                points.dimension,
-                cloud_facts(&name, &points, &cloud.model, progress)
-            )?
-        }
-        Source::Model(file) => models::facts(file, progress)?,
-        Source::Equations(equations) => equations::facts(equations, progress)?,
-    };
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let mut source = flags.surface.source()?;
+    // Surfaces of both kinds rest on the charts, and these are what there is to tell of.
+    if let Source::Cloud(cloud) = &mut source {
+        cloud.model.reconstruction = Reconstruction::Atlas;
+    }
+    let facts = ready::visit(&source, Checked, progress)?;
     progress.clear();
-    tell(&facts, settings.json, |out, facts| write(out, facts))?;
+    tell(&facts, flags.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 
-fn cloud_facts<const D: usize>(
-    name: &str,
-    points: &PointSet,
-    model: &Model,
-    progress: &Progress,
-) -> Result<Facts, Failure> {
-    let atlas: Atlas<D> = clouds::atlas(name, points, model, progress)?;
-    progress.step("report");
-    let report = atlas.report();
-    let cloud = atlas.cloud();
-    let (low, high) = corners(&cloud.points);
-    let [low, high] = [low, high].map(|v| coordinates(&(v + cloud.centre), points.dimension));
-    let facts = PointFacts {
-        rows: points.rows(),
-        points: cloud.points.len(),
-        duplicates: cloud.duplicates,
-        non_finite: cloud.non_finite,
-        far: cloud.far,
-        other_sheet: report.other_sheet,
-        outliers: report.outliers,
-        points_between_rows: report.points_between_rows,
-    };
-    let charts = ChartFacts::new(&report);
-    let doubts = atlas.doubts();
-    let components = clouds::component_points(atlas);
-    Ok(Facts {
-        surface: name.to_owned(),
-        coordinates: points.dimension,
-        intrinsic_dimension: report.intrinsic_dimension,
-        low,
-        high,
-        warnings: warnings(&facts, &charts, &components, &doubts),
-        components,
-        points: Some(facts),
-        charts: Some(charts),
-    })
+/// The facts of any surface.
+struct Checked;
+
+impl Visit for Checked {
+    type Answer = Facts;
+
+    fn charts<const D: usize>(
+        self,
+        ready: &Charts<'_, D>,
+        progress: &Progress,
+    ) -> Result<Facts, Failure> {
+        progress.step("report");
+        let atlas = ready.geodesics.surface();
+        let report = atlas.report();
+        let cloud = atlas.cloud();
+        let (low, high) = corners(&cloud.points);
+        let [low, high] = [low, high].map(|v| coordinates(&(v + cloud.centre), ready.dimension));
+        let charts = ChartFacts::new(&report);
+        let points = ready.points.map(|points| PointFacts {
+            rows: points.rows(),
+            points: cloud.points.len(),
+            duplicates: cloud.duplicates,
+            non_finite: cloud.non_finite,
+            far: cloud.far,
+            other_sheet: report.other_sheet,
+            outliers: report.outliers,
+            points_between_rows: report.points_between_rows,
+        });
+        let components = match points {
+            Some(_) => component_points(&ready.geodesics),
+            None => ready.geodesics.component_sizes().to_vec(),
+        };
+        let warnings = points.as_ref().map_or(Vec::new(), |points| {
+            warnings(points, &charts, &components, &atlas.doubts())
+        });
+        Ok(Facts {
+            surface: ready.name.to_owned(),
+            coordinates: ready.dimension,
+            intrinsic_dimension: report.intrinsic_dimension,
+            low,
+            high,
+            warnings,
+            components,
+            points,
+            charts: Some(charts),
+        })
+    }
+
+    fn equations<const D: usize>(
+        self,
+        law: &Implicit,
+        progress: &Progress,
+    ) -> Result<Facts, Failure> {
+        let geodesics = equations::searched::<D>(law, progress)?;
+        let (low, high) = corners(&geodesics.surface().samples());
+        Ok(Facts {
+            surface: law.law.to_string(),
+            coordinates: law.dimension,
+            intrinsic_dimension: Surface::intrinsic_dimension(geodesics.surface()),
+            points: None,
+            charts: None,
+            low: coordinates(&low, law.dimension),
+            high: coordinates(&high, law.dimension),
+            components: geodesics.component_sizes().to_vec(),
+            warnings: Vec::new(),
+        })
+    }
+}
+
+/// The number of points on each component of a cloud's surface, largest first.
+fn component_points<const D: usize>(geodesics: &Geodesics<D, Atlas<D>>) -> Vec<usize> {
+    let mut counts = vec![0; geodesics.component_sizes().len()];
+    for row in &geodesics.surface().cloud().rows {
+        if let Some(component) = geodesics.component_of_row(*row as usize) {
+            counts[component as usize] += 1;
+        }
+    }
+    counts.retain(|count| *count > 0);
+    counts.sort_unstable_by_key(|count| std::cmp::Reverse(*count));
+    counts
 }
 
 /// Sheets nearer than so many spacings may be read as one.

@@ -1,59 +1,28 @@
 //! Point clouds made ready: files read, surfaces put through their points.
 
-use taut::End;
+use std::path::Path;
+
+use taut::Error;
 use taut_core::cloud::Cloud;
 use taut_core::geodesics::Geodesics;
 use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
 use taut_core::surface::mls::MovingLeastSquares;
-use taut_io::PointSet;
+use taut_io::{PointSet, ReadOptions};
 
 use crate::exit::Failure;
-use crate::located::Located;
-use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::{CloudSettings, Model};
-use crate::surface::{Samples, Show, with_size};
-use crate::values::Reconstruction;
-
-/// Reads a file, puts a surface through its points and locates the ends on it.
-pub fn prepare(
-    settings: &CloudSettings,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    let points = read(settings, progress)?;
-    let name = settings.file.display().to_string();
-    let model = &settings.model;
-    match (model.reconstruction, points.dimension) {
-        (Reconstruction::Atlas, dimension) => {
-            with_size!(dimension, of_atlas(&name, &points, model, ends, progress))
-        }
-        (Reconstruction::Mls, 2 | 3) => of_mls(&name, &points, model, ends, progress),
-        (Reconstruction::Mls, found) => Err(Failure::Usage(format!(
-            "--surface mls: found points of {found} coordinates, expected 2 or 3; leave it out"
-        ))),
-    }
-}
+use crate::source::Model;
+use crate::surface::{Samples, Show};
 
 /// Reads the points of a file and passes on the reader's notes.
-pub fn read(settings: &CloudSettings, progress: &Progress) -> Result<PointSet, Failure> {
-    progress.step(format!("reading {}", settings.file.display()));
-    let points = taut_io::read(&settings.file, &settings.options)?;
+pub fn read(file: &Path, options: &ReadOptions, progress: &Progress) -> Result<PointSet, Failure> {
+    progress.step(format!("reading {}", file.display()));
+    let points = taut_io::read(file, options)?;
     for note in &points.notes {
-        progress.note(&format!("{}: {note}", settings.file.display()));
+        progress.note(&format!("{}: {note}", file.display()));
     }
     Ok(points)
-}
-
-/// Refuses a kind of surface on which only paths are found.
-pub fn refuse_mls(model: &Model) -> Result<(), Failure> {
-    match model.reconstruction {
-        Reconstruction::Atlas => Ok(()),
-        Reconstruction::Mls => Err(Failure::Usage(
-            "--surface mls: only taut path works on this surface; leave it out".to_owned(),
-        )),
-    }
 }
 
 /// A smooth surface through points.
@@ -83,17 +52,17 @@ pub fn intrinsic_dimension<const D: usize>(
     asked: Option<usize>,
     dimension: usize,
 ) -> Result<usize, Failure> {
-    let most = dimension.min(D - 1);
-    match asked {
-        Some(found) if (1..=most).contains(&found) => Ok(found),
-        Some(found) => Err(Failure::Usage(format!(
-            "--dimension: found {found}, expected 1 to {most} for points of {dimension} coordinates"
-        ))),
-        None if dimension <= 3 => Ok(2),
-        None => Err(Failure::Usage(format!(
-            "points of {dimension} coordinates may lie on a surface of dimension 1 to {most}; name its dimension with --dimension"
-        ))),
-    }
+    taut::size::intrinsic_dimension::<D>(asked, dimension).map_err(|error| {
+        Failure::Usage(match error {
+            Error::Dimension { found: None, most, .. } => format!(
+                "points of {dimension} coordinates may lie on a surface of dimension 1 to {most}; name its dimension with --dimension"
+            ),
+            Error::Dimension { found: Some(found), most, .. } => format!(
+                "--dimension: found {found}, expected 1 to {most} for points of {dimension} coordinates"
+            ),
+            other => other.to_string(),
+        })
+    })
 }
 
 /// The interval of the grid of cells along each axis; those of the padding do not matter.
@@ -113,36 +82,22 @@ fn intervals<const D: usize>(asked: &[f64], dimension: usize) -> Result<Option<[
     Ok(Some(intervals))
 }
 
-/// A surface through points, with ends located on it; `name` is what errors call the points.
-pub fn of_atlas<const D: usize>(
+/// A surface of moving least squares.
+pub fn mls(
     name: &str,
     points: &PointSet,
     model: &Model,
-    ends: Vec<End>,
     progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    let atlas = atlas::<D>(name, points, model, progress)?;
-    note_changes(name, &atlas, progress);
-    let geodesics = Geodesics::of_atlas(atlas);
-    let rows_kept = points.rows_kept.as_deref();
-    let located = Located::new(geodesics, points.dimension, ends, rows_kept);
-    Ok(Box::new(located))
-}
-
-fn of_mls(
-    name: &str,
-    points: &PointSet,
-    model: &Model,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
+) -> Result<Geodesics<3, MovingLeastSquares<3>>, Failure> {
+    if !(2..=3).contains(&points.dimension) {
+        return Err(Failure::Usage(format!(
+            "--surface mls: found points of {} coordinates, expected 2 or 3; leave it out",
+            points.dimension
+        )));
+    }
     let atlas = atlas::<3>(name, points, model, progress)?;
     note_changes(name, &atlas, progress);
-    let geodesics = Geodesics::of_mls(atlas, None)
-        .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
-    let rows_kept = points.rows_kept.as_deref();
-    let located = Located::new(geodesics, points.dimension, ends, rows_kept);
-    Ok(Box::new(located))
+    Geodesics::of_mls(atlas, None).map_err(|error| Failure::Usage(format!("{name}: {error}")))
 }
 
 /// Notes points dropped, merged and added.
@@ -209,18 +164,4 @@ impl<const D: usize> Samples<D> {
             discs: None,
         }
     }
-}
-
-/// The number of points on each component of a cloud's surface, largest first.
-pub fn component_points<const D: usize>(atlas: Atlas<D>) -> Vec<usize> {
-    let geodesics = Geodesics::of_atlas(atlas);
-    let mut counts = vec![0; geodesics.component_sizes().len()];
-    for row in &geodesics.surface().cloud().rows {
-        if let Some(component) = geodesics.component_of_row(*row as usize) {
-            counts[component as usize] += 1;
-        }
-    }
-    counts.retain(|count| *count > 0);
-    counts.sort_unstable_by_key(|count| std::cmp::Reverse(*count));
-    counts
 }

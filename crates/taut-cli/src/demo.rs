@@ -2,24 +2,36 @@
 
 use std::f64::consts::TAU;
 use std::io::Write;
+use std::path::PathBuf;
 
+use clap::Args;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use taut::End;
-use taut_core::correction;
 use taut_io::PointSet;
 
 use crate::answer::{Answer, FoundPath};
-use crate::clouds;
 use crate::exit::{Exit, Failure};
-use crate::flags::DemoFlags;
-use crate::located::Request;
 use crate::numbers::{exponential, rounded};
 use crate::outputs::Files;
+use crate::pairs::{Ends, Request};
 use crate::picture;
-use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::settings::Model;
+use crate::ready::{self, Question, Ready};
+use crate::source::Model;
+use crate::surface::{FlatSamples, Show};
+use crate::values::seed;
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    /// Where to put the picture
+    #[arg(long, value_name = "FILE.png", default_value = "taut-demo.png")]
+    pub picture: PathBuf,
+    /// The seed of the random points of the sheet
+    #[arg(long, value_name = "S", default_value = "1", value_parser = seed)]
+    #[arg(allow_negative_numbers = true)]
+    pub seed: u64,
+}
 
 /// Radius of the roll at its inner end.
 const INNER_RADIUS: f64 = 0.3;
@@ -32,72 +44,91 @@ const STEP: f64 = 0.02;
 const SHOWN: [[[f64; 2]; 2]; 2] = [[[0.86, 0.1], [0.99, 0.75]], [[0.98, 0.05], [0.02, 0.9]]];
 
 /// Makes the roll, finds the paths, and writes them beside the exact distances.
-pub fn run(flags: &DemoFlags, progress: &Progress) -> Result<Exit, Failure> {
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
     let picture = Some(flags.picture.as_path());
     Files::default().writes_picture(picture).check()?;
     progress.step("rolling up a sheet");
-    let roll = Roll::new(flags.seed, progress)?;
-    progress.step("paths");
-    let answers = roll.answers();
-    let exit = answers.iter().map(Answer::exit).max();
-    let paths: Vec<FoundPath> = answers.into_iter().map(|answer| answer.path).collect();
+    let roll = Roll::new(flags.seed);
+    let found = roll.found(progress)?;
+    let exit = found.answers.iter().map(Answer::exit).max();
+    let answers = found.answers.into_iter();
+    let paths: Vec<FoundPath> = answers.map(|answer| answer.path).collect();
     progress.step("drawing");
-    picture::draw(&flags.picture, &roll.prepared.samples(), &paths)?;
+    picture::draw(&flags.picture, &found.samples, &paths)?;
     progress.clear();
-    write(flags, roll.count, &paths, &roll.exact)?;
+    write(flags, roll.points.rows(), &paths, &roll.exact)?;
     Ok(exit.unwrap_or(Exit::Success))
 }
 
 /// The rolled-up sheet with the pairs shown on it.
 struct Roll {
-    /// Number of points.
-    count: usize,
-    prepared: Box<dyn Prepared>,
+    points: PointSet,
+    /// Rows of the points: every two are a pair.
+    ends: Vec<End>,
     /// Distance of each pair on the sheet unrolled.
     exact: Vec<f64>,
 }
 
 impl Roll {
-    fn new(seed: u64, progress: &Progress) -> Result<Self, Failure> {
+    fn new(seed: u64) -> Self {
         let sheet = jittered_sheet(seed);
-        let points = PointSet {
-            dimension: 3,
-            coordinates: sheet.iter().flat_map(|place| rolled_up(*place)).collect(),
-            ..PointSet::default()
-        };
         let rows = SHOWN.map(|ends| ends.map(|share| nearest_row(&sheet, share)));
-        let ends = rows.as_flattened().iter().copied().map(End::Row).collect();
         let exact = rows.map(|[from, to]| unrolled_distance(sheet[from], sheet[to]));
-        Ok(Self {
-            count: sheet.len(),
-            prepared: clouds::of_atlas::<3>(
-                "the roll",
-                &points,
-                &Model::default(),
-                ends,
-                progress,
-            )?,
+        Self {
+            points: PointSet {
+                dimension: 3,
+                coordinates: sheet.iter().flat_map(|place| rolled_up(*place)).collect(),
+                ..PointSet::default()
+            },
+            ends: rows.as_flattened().iter().copied().map(End::Row).collect(),
             exact: exact.to_vec(),
-        })
+        }
     }
 
-    fn answers(&self) -> Vec<Answer> {
-        let request = Request {
-            correction: correction::Settings::default(),
-            alternatives: 0,
-        };
-        (0..self.exact.len())
-            .map(|pair| self.prepared.answer([2 * pair, 2 * pair + 1], &request))
-            .collect()
+    fn found(&self, progress: &Progress) -> Result<Found, Failure> {
+        let model = Model::default();
+        ready::visit_points(
+            "the roll",
+            &self.points,
+            &model,
+            Shown(&self.ends),
+            progress,
+        )
     }
 }
 
-fn write(
-    flags: &DemoFlags,
-    count: usize,
-    paths: &[FoundPath],
-    exact: &[f64],
-) -> Result<(), Failure> {
+/// The paths between every two ends that follow each other, with points of the surface.
+struct Shown<'a>(&'a [End]);
+
+struct Found {
+    answers: Vec<Answer>,
+    samples: FlatSamples,
+}
+
+impl Question for Shown<'_> {
+    type Answer = Found;
+
+    fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
+        Ok(self.0.to_vec())
+    }
+
+    fn answer<const D: usize, S: Show<D>>(
+        self,
+        ready: &Ready<'_, D, S>,
+        progress: &Progress,
+    ) -> Result<Found, Failure> {
+        progress.step("paths");
+        let ends = Ends::new(ready, self.0);
+        let pairs = (0..self.0.len()).step_by(2);
+        let answer = |end| ends.answer([end, end + 1], &Request::default());
+        Ok(Found {
+            answers: pairs.map(answer).collect(),
+            samples: ready.samples(),
+        })
+    }
+}
+
+fn write(flags: &Flags, count: usize, paths: &[FoundPath], exact: &[f64]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     writeln!(
         out,
@@ -212,8 +243,9 @@ mod tests {
     #[test]
     fn the_errors_cover_the_difference() {
         for seed in 1..=4 {
-            let roll = Roll::new(seed, &Progress::new(true)).expect("a surface");
-            for (answer, exact) in roll.answers().iter().zip(&roll.exact) {
+            let roll = Roll::new(seed);
+            let found = roll.found(&Progress::new(true)).expect("a surface");
+            for (answer, exact) in found.answers.iter().zip(&roll.exact) {
                 let path = &answer.path;
                 let value = |value: Option<f64>| value.expect("known");
                 let difference = (value(path.length) - exact).abs();

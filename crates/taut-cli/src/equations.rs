@@ -9,35 +9,13 @@ use taut_core::surface::{Node, Surface};
 use taut_core::{Vector, parallel};
 
 use crate::exit::Failure;
-use crate::facts::Facts;
-use crate::located::Located;
-use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::surface::{Samples, Show, corners, with_size};
-
-/// Makes the surface ready and locates the ends on it.
-pub fn prepare(
-    law: &Implicit,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    with_size!(law.dimension, located(law, ends, progress))
-}
-
-fn located<const D: usize>(
-    law: &Implicit,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    let geodesics = geodesics::<D>(law, &ends, progress)?;
-    let located = Located::new(geodesics, law.dimension, ends, None);
-    Ok(Box::new(located))
-}
+use crate::surface::{Samples, Show, corners};
 
 /// The surface sampled from the ends of queries.
-pub fn geodesics<'a, const D: usize>(
+pub fn geodesics<const D: usize>(
     law: &Implicit,
-    ends: impl IntoIterator<Item = &'a End>,
+    ends: &[End],
     progress: &Progress,
 ) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
     let ends = points_of(ends, law.dimension)?;
@@ -45,29 +23,15 @@ pub fn geodesics<'a, const D: usize>(
     sampled(law, &ends, &seeds, progress)
 }
 
-/// What is known of the surface without a query.
-pub fn facts(law: &Implicit, progress: &Progress) -> Result<Facts, Failure> {
-    with_size!(law.dimension, facts_in(law, progress))
-}
-
-fn facts_in<const D: usize>(law: &Implicit, progress: &Progress) -> Result<Facts, Failure> {
+/// All of the surface, as far as it is searched.
+pub fn searched<const D: usize>(
+    law: &Implicit,
+    progress: &Progress,
+) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
     let refused = |error| refused(law, "--bounds", error);
     let region = law.searched::<D>().map_err(refused)?;
     let seeds = law.seeds::<D>(&region).map_err(refused)?;
-    let geodesics = sampled(law, &[&region.low, &region.high], &seeds, progress)?;
-    let samples = geodesics.surface().samples();
-    let (low, high) = corners(&samples);
-    Ok(Facts {
-        surface: law.law.to_string(),
-        coordinates: law.dimension,
-        intrinsic_dimension: Surface::intrinsic_dimension(geodesics.surface()),
-        points: None,
-        charts: None,
-        low: coordinates(&low, law.dimension),
-        high: coordinates(&high, law.dimension),
-        components: geodesics.component_sizes().to_vec(),
-        warnings: Vec::new(),
-    })
+    sampled(law, &[&region.low, &region.high], &seeds, progress)
 }
 
 /// An error of a surface in the words of the command; `flags` say where the surface lies.
@@ -125,10 +89,7 @@ fn doubt<const D: usize>(law: &Implicit, sampled: &Sampled<D, System>) -> Option
 }
 
 /// The ends' coordinates; a row of a file means nothing here.
-pub fn points_of<'a>(
-    ends: impl IntoIterator<Item = &'a End>,
-    dimension: usize,
-) -> Result<Vec<&'a [f64]>, Failure> {
+pub fn points_of<'a>(ends: &'a [End], dimension: usize) -> Result<Vec<&'a [f64]>, Failure> {
     let point = |end: &'a End| match end {
         End::Point(point) if point.len() == dimension => Ok(point.as_slice()),
         _ => Err(Failure::End {
@@ -138,7 +99,7 @@ pub fn points_of<'a>(
             ),
         }),
     };
-    ends.into_iter().map(point).collect()
+    ends.iter().map(point).collect()
 }
 
 impl<const D: usize> Show<D> for Sampled<D, System> {

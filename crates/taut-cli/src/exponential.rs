@@ -1,56 +1,99 @@
 //! `taut exp`.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
+use clap::Args;
 use serde::Serialize;
 use taut::size::{coordinates, flat, padded};
-use taut_core::field::{Fields, Shot};
+use taut::{End, coordinate};
+use taut_core::field::{self, Fields, Shot};
 use taut_core::{Vector, parallel};
 use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
 use crate::answer::{FoundPath, Outcome};
 use crate::exit::{Exit, Failure};
-use crate::logarithm::names;
 use crate::numbers::exponential;
-use crate::output::{line, tell, write_columns, yes_or_no};
+use crate::output::{line, names, tell, write_columns, yes_or_no};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
-use crate::settings::{Aim, ExpSettings, Sources};
-use crate::surface::{FlatSamples, Show, flat_samples};
+use crate::source::SurfaceFlags;
+use crate::surface::{FlatSamples, Show};
+use crate::values::{positive, tolerance};
+
+pub const EXAMPLES: &str = "\
+Examples:
+  taut exp scan.ply --source 12 --direction 1,0,0 --length 0.5 -o way.vtp --picture way.png
+  taut exp --shape sphere:1 --source 0,0,1 --vectors vectors.txt -o ends.csv
+
+Only the part of a direction that lies along the surface counts. A geodesic ends early where the
+surface ends, or where the surface is not known well enough to go on; the exit code is then 5.";
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// Where the geodesic starts: a row of the file (the first is 0), or coordinates
+    #[arg(long, value_name = "P", allow_hyphen_values = true)]
+    pub source: End,
+    /// The direction in which the geodesic leaves, such as 1,0,-2
+    #[arg(
+        long,
+        value_name = "X,..",
+        allow_hyphen_values = true,
+        value_delimiter = ','
+    )]
+    #[arg(value_parser = coordinate, num_args = 1)]
+    #[arg(required_unless_present = "vectors", conflicts_with = "vectors")]
+    pub direction: Vec<f64>,
+    /// A text file with a direction on each line; the answer has a row for each end
+    #[arg(long, value_name = "FILE", conflicts_with = "picture")]
+    pub vectors: Option<PathBuf>,
+    /// The length of the geodesic [default: that of the direction's part along the surface]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = positive)]
+    pub length: Option<f64>,
+    /// Largest relative error of the end of the geodesic on the surface
+    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    #[arg(allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Write one JSON object for each geodesic, on a line of its own
+    #[arg(long)]
+    pub json: bool,
+    /// Write the geodesic (.ply .obj .csv .json .vtk .vtp .npy) or, with --vectors, the ends (.csv
+    /// .ply .vtp .npy)
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Draw the surface with the geodesic over it
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
+}
 
 /// Follows the geodesics and writes what was asked for.
-pub fn run(settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
-    let (list, content) = match &settings.aim {
-        Aim::One(_) => (None, Content::Paths),
-        Aim::File(file) => {
-            let table = Content::Table {
-                original: None,
-                columns: 3,
-            };
-            (Some(file.as_path()), table)
-        }
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let source = flags.surface.source()?;
+    let content = match flags.vectors {
+        None => Content::Paths,
+        Some(_) => Content::Table {
+            original: None,
+            columns: 3,
+        },
     };
-    let dimension = settings.source.dimension();
-    Files::of(&settings.source)
-        .reads("--vectors", list)
-        .writes("--output", settings.output.as_deref(), content, dimension)
-        .writes_picture(settings.picture.as_deref())
+    let output = flags.output.as_deref();
+    Files::of(&source)
+        .reads("--vectors", flags.vectors.as_deref())
+        .writes("--output", output, content, source.dimension())
+        .writes_picture(flags.picture.as_deref())
         .check()?;
-    let question = Geodesics { settings, progress };
-    let start = Sources::Ends(vec![settings.start.clone()]);
-    let found = ready::ask(&settings.source, &start, &question, progress)?;
-    match settings.aim {
-        Aim::One(_) => found.write_one(settings, progress),
-        Aim::File(_) => found.write_many(settings, progress),
+    let found = ready::visit(&source, Geodesics(flags), progress)?;
+    match flags.vectors {
+        None => found.write_one(flags, progress),
+        Some(_) => found.write_many(flags, progress),
     }
 }
 
-struct Geodesics<'a> {
-    settings: &'a ExpSettings,
-    progress: &'a Progress,
-}
+struct Geodesics<'a>(&'a Flags);
 
 /// Geodesics from one point, their dimension forgotten.
 struct Found {
@@ -83,23 +126,32 @@ struct Answer {
 impl Question for Geodesics<'_> {
     type Answer = Found;
 
+    fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
+        Ok(vec![self.0.source.clone()])
+    }
+
     fn answer<const D: usize, S: Show<D>>(
-        &self,
+        self,
         ready: &Ready<'_, D, S>,
+        progress: &Progress,
     ) -> Result<Found, Failure> {
-        let Self { settings, progress } = *self;
-        let (node, _) = ready.locate(&settings.start)?;
-        let vectors = vectors(&settings.aim, ready.dimension)?;
+        let Self(flags) = self;
+        let settings = field::Settings {
+            tolerance: flags.tolerance,
+            ..field::Settings::default()
+        };
+        let (node, _) = ready.locate(&flags.source)?;
+        let vectors = vectors(flags, ready.dimension)?;
         let surface = ready.geodesics.surface();
         let centre = surface.centre();
         progress.step("geodesics");
-        let fields = Fields::new(ready.geodesics);
+        let fields = Fields::new(&ready.geodesics);
         let intrinsic = surface.intrinsic_dimension();
         let shoot = |vector: &[f64]| {
             let vector: Vector<D> = padded(vector);
-            let shot = match settings.length {
-                Some(length) => fields.exponential_to(&node, &vector, length, &settings.field),
-                None => fields.exponential(&node, &vector, &settings.field),
+            let shot = match flags.length {
+                Some(length) => fields.exponential_to(&node, &vector, length, &settings),
+                None => fields.exponential(&node, &vector, &settings),
             };
             shot.map(|shot| Answer::new(&shot, &centre, ready.dimension, intrinsic))
                 .map_err(|error| error.to_string())
@@ -108,19 +160,19 @@ impl Question for Geodesics<'_> {
         Ok(Found {
             dimension: ready.dimension,
             shots: parallel::map(rows.len(), |i| shoot(rows[i])),
-            samples: settings
-                .picture
-                .is_some()
-                .then(|| flat_samples(&surface.samples(), &centre, ready.dimension)),
+            samples: flags.picture.is_some().then(|| ready.samples()),
         })
     }
 }
 
 /// The vectors, row-major.
-fn vectors(aim: &Aim, dimension: usize) -> Result<Vec<f64>, Failure> {
-    let (name, columns, values) = match aim {
-        Aim::One(vector) => ("--direction".to_owned(), vector.len(), vector.clone()),
-        Aim::File(file) => {
+fn vectors(flags: &Flags, dimension: usize) -> Result<Vec<f64>, Failure> {
+    let (name, columns, values) = match &flags.vectors {
+        None => {
+            let vector = &flags.direction;
+            ("--direction".to_owned(), vector.len(), vector.clone())
+        }
+        Some(file) => {
             let numbers = read_numbers(file)?;
             (file.display().to_string(), numbers.columns, numbers.values)
         }
@@ -204,7 +256,7 @@ impl Answer {
 }
 
 impl Found {
-    fn write_one(self, settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
+    fn write_one(self, flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
         let Some(shot) = self.shots.into_iter().next() else {
             return Err(Failure::Usage(
                 "--direction: found none, expected one".to_owned(),
@@ -214,7 +266,7 @@ impl Found {
             end: "--direction".to_owned(),
             reason,
         })?;
-        if let Some(file) = &settings.output {
+        if let Some(file) = &flags.output {
             let polyline = Polyline {
                 dimension: self.dimension,
                 points: &shot.points,
@@ -224,16 +276,16 @@ impl Found {
             };
             write_polylines(file, &[polyline])?;
         }
-        if let (Some(file), Some(samples)) = (&settings.picture, &self.samples) {
+        if let (Some(file), Some(samples)) = (&flags.picture, &self.samples) {
             progress.step("drawing");
             picture::draw(file, samples, &[shot.drawn()])?;
         }
         progress.clear();
-        tell(&shot, settings.json, |out, shot| shot.write(out))?;
+        tell(&shot, flags.json, |out, shot| shot.write(out))?;
         Ok(shot.exit())
     }
 
-    fn write_many(self, settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
+    fn write_many(self, flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
         let mut worst = Exit::Success;
         let mut ends = Vec::new();
         let mut columns = [const { Vec::new() }; 3];
@@ -260,7 +312,7 @@ impl Found {
             .zip(&columns)
             .map(|(name, values)| Column { name, values })
             .collect();
-        if let Some(file) = &settings.output {
+        if let Some(file) = &flags.output {
             progress.step("writing the ends");
             if file.extension().is_some_and(|found| found == "npy") {
                 taut_io::write_points(file, self.dimension, &ends, None)?;
@@ -276,7 +328,7 @@ impl Found {
             }
         }
         progress.clear();
-        if settings.json {
+        if flags.json {
             for shot in &self.shots {
                 match shot {
                     Ok(shot) => tell(shot, true, |out, shot| shot.write(out))?,
@@ -289,7 +341,7 @@ impl Found {
                     }
                 }
             }
-        } else if settings.output.is_none() {
+        } else if flags.output.is_none() {
             let axis = |i: usize| {
                 ends.iter()
                     .skip(i)

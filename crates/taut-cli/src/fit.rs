@@ -1,7 +1,9 @@
 //! `taut fit`.
 
 use std::io::Write;
+use std::path::PathBuf;
 
+use clap::Args;
 use serde::Serialize;
 use taut_core::cloud::Cloud;
 use taut_core::surface::atlas::{Atlas, Fit, FitSettings};
@@ -15,8 +17,40 @@ use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
-use crate::settings::FitCommandSettings;
-use crate::surface::{Samples, flat_samples, with_size};
+use crate::source::{MODEL_EXTENSION, PointFlags, formats};
+use crate::surface::{Samples, flat_samples, too_many};
+use crate::values::positive;
+
+pub const EXAMPLES: &str = "\
+Examples:
+  taut fit scan.ply -o scan.taut
+  taut fit scan.las --class 2 --accuracy 0.05 -o ground.taut --picture ground.png
+  taut path scan.taut --from 0.1,0,-2 --to 0.3,0.2,-1.5
+
+The model is an implicit surface F = 0, made of smooth charts that pass the points within the
+accuracy. The normals of the file say which side is positive. Without normals, F is positive
+outside.";
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    #[arg(value_name = "CLOUD", help = format!("A file of points: {}", formats()))]
+    pub file: PathBuf,
+    /// The distance from the surface within which the points must lie, in their units; a larger one
+    /// gives a smoother surface [default: a thousandth of the diagonal of the points' box]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
+    pub accuracy: Option<f64>,
+    /// Where to put the model
+    #[arg(long, short, value_name = "FILE.taut")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub points: PointFlags,
+    /// Write one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the surface
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
+}
 
 /// What came of the fit; lengths are in the units of the input.
 #[derive(Serialize)]
@@ -38,43 +72,49 @@ struct Facts {
 }
 
 /// Fits a surface and writes it.
-pub fn run(settings: &FitCommandSettings, progress: &Progress) -> Result<Exit, Failure> {
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let extension = flags.output.extension();
+    if extension.is_none_or(|found| found != MODEL_EXTENSION) {
+        return Err(Failure::Usage(format!(
+            "--output: found {}, expected the extension .{MODEL_EXTENSION}, which marks a model; rename it",
+            flags.output.display()
+        )));
+    }
     Files::default()
-        .reads("CLOUD", Some(&settings.cloud.file))
-        .writes_any("--output", Some(&settings.output))
-        .writes_picture(settings.picture.as_deref())
+        .reads("CLOUD", Some(&flags.file))
+        .writes_any("--output", Some(&flags.output))
+        .writes_picture(flags.picture.as_deref())
         .check()?;
-    taut_io::check_place(&settings.output)?;
-    let points = clouds::read(&settings.cloud, progress)?;
-    let facts = with_size!(points.dimension, fitted(settings, &points, progress))?;
+    taut_io::check_place(&flags.output)?;
+    let points = clouds::read(&flags.file, &flags.points.options(), progress)?;
+    let facts = taut::by_size!(points.dimension, too_many, fitted(flags, &points, progress))?;
     progress.clear();
-    tell(&facts, settings.json, |out, facts| write(out, facts))?;
+    tell(&facts, flags.json, |out, facts| write(out, facts))?;
     Ok(Exit::Success)
 }
 
 fn fitted<const D: usize>(
-    settings: &FitCommandSettings,
+    flags: &Flags,
     points: &PointSet,
     progress: &Progress,
 ) -> Result<Facts, Failure> {
-    let name = settings.cloud.file.display().to_string();
+    let name = flags.file.display().to_string();
     let refused = |error| Failure::Surface {
         surface: name.clone(),
         error,
     };
-    let intrinsic =
-        clouds::intrinsic_dimension::<D>(settings.cloud.model.dimension, points.dimension)?;
+    let intrinsic = clouds::intrinsic_dimension::<D>(flags.points.dimension, points.dimension)?;
     progress.step(format!("fitting {} points", points.rows()));
     let cloud = Cloud::<D>::new(&points.coordinates, points.dimension).map_err(refused)?;
     let fit_settings = FitSettings {
-        accuracy: settings.accuracy,
+        accuracy: flags.accuracy,
         normals: points.normals.as_deref(),
     };
     let (atlas, fit) = Atlas::fit(cloud, intrinsic, &fit_settings).map_err(refused)?;
     clouds::note_changes(&name, &atlas, progress);
-    progress.step(format!("writing {}", settings.output.display()));
-    models::write(&settings.output, &atlas, points.dimension)?;
-    if let Some(file) = &settings.picture {
+    progress.step(format!("writing {}", flags.output.display()));
+    models::write(&flags.output, &atlas, points.dimension)?;
+    if let Some(file) = &flags.picture {
         progress.step("drawing");
         let samples = flat_samples(
             &Samples::of_charts(&atlas),
@@ -86,7 +126,7 @@ fn fitted<const D: usize>(
     let report = atlas.report();
     Ok(Facts {
         surface: name,
-        model: settings.output.display().to_string(),
+        model: flags.output.display().to_string(),
         points: atlas.cloud().points.len(),
         charts: report.charts,
         accuracy: fit.accuracy,

@@ -1,122 +1,201 @@
-//! Surfaces with the ends of paths located on them.
+//! The points of a surface that a user names.
+
+use std::path::Path;
 
 use taut::End;
-use taut_core::geodesics::Geodesics;
-use taut_core::guess::Guide;
-use taut_core::result::Path;
+use taut::kind::locate;
+use taut::size::coordinates;
+use taut_core::field::Source;
 use taut_core::surface::Node;
-use taut_core::{correction, parallel};
 
-use crate::answer::FoundPath;
+use crate::answer::outlying;
 use crate::exit::Failure;
+use crate::numbers::{rounding, significant};
+use crate::progress::Progress;
+use crate::ready::Ready;
+use crate::sites::{self, Site};
+use crate::source::Sources;
 use crate::surface::Show;
 
-/// What to ask of every pair.
-pub struct Request {
-    pub correction: correction::Settings,
-    /// Further paths besides the shortest, at most.
-    pub alternatives: usize,
+/// A node of a surface and how far a point was moved there.
+pub type Located<const D: usize, P> = (Node<D, P>, f64);
+
+/// Places on the surface, and how far each was moved there.
+type Moved<T> = (Vec<T>, Vec<f64>);
+
+/// Points whose moves are told one by one.
+const MOST_TOLD: usize = 8;
+
+/// Points other than the surface's own that something was asked for at.
+pub struct Places<const D: usize, P> {
+    /// As given, row-major.
+    pub points: Vec<f64>,
+    /// Nodes of the surface and how far the points were moved there. `None` stands for a point without
+    /// a place on it.
+    pub located: Vec<Option<Located<D, P>>>,
 }
 
-/// A surface of R^D made ready, and ends on it.
-pub struct Located<const D: usize, S: Guide<D>> {
-    pub geodesics: Geodesics<D, S>,
-    /// Coordinates of a point.
-    pub dimension: usize,
-    pub ends: Vec<EndNode<D, S::Place>>,
-    /// What speaks against all answers on the surface, in sentences.
-    pub doubts: Vec<String>,
-}
-
-/// An end as the user named it; its node and how far it was moved there, or why it has none.
-pub struct EndNode<const D: usize, P> {
-    pub named: End,
-    pub located: Result<(Node<D, P>, f64), String>,
-}
-
-impl<const D: usize, S: Show<D>> Located<D, S> {
-    /// Locates points of `dimension` coordinates; `rows_kept` are the file's rows that were read,
-    /// where some were not.
-    pub fn new(
-        geodesics: Geodesics<D, S>,
-        dimension: usize,
-        ends: Vec<End>,
-        rows_kept: Option<&[usize]>,
-    ) -> Self {
-        let located = parallel::map(ends.len(), |i| {
-            locate(geodesics.surface(), dimension, rows_kept, &ends[i])
-        });
-        let of = |(named, located)| EndNode { named, located };
-        let ends = ends.into_iter().zip(located).map(of).collect();
-        Self {
-            doubts: geodesics.surface().doubts(),
-            geodesics,
-            dimension,
-            ends,
-        }
+impl<const D: usize, P> Places<D, P> {
+    /// How far each point was moved onto the surface; not a number where it has no place there.
+    pub fn moved(&self) -> Vec<f64> {
+        let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
+        self.located.iter().map(moved).collect()
     }
+}
 
-    /// The nodes of the ends, or why one cannot be used.
-    pub fn nodes(&self) -> Result<Vec<Node<D, S::Place>>, Failure> {
-        let node = |end: &EndNode<D, S::Place>| match &end.located {
-            Ok((node, _)) => Ok(*node),
-            Err(reason) => Err(Failure::End {
-                end: end.named.to_string(),
-                reason: reason.clone(),
-            }),
-        };
-        self.ends.iter().map(node).collect()
-    }
-
-    /// A path in the coordinates of the input.
-    pub fn found(&self, path: &Path<D>) -> FoundPath {
+impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
+    /// The node of an end, and how far it was moved there, or why it has none. Rows are those of the
+    /// file.
+    pub fn find(&self, end: &End) -> Result<Located<D, S::Place>, String> {
         let surface = self.geodesics.surface();
-        let mut found = FoundPath::new(path, &surface.centre(), self.dimension);
-        found.surface_error = found
-            .surface_error
-            .filter(|_| surface.estimates_its_error());
-        found
-    }
-
-    /// The shortest path between two nodes, and further ones if asked for.
-    pub fn paths(
-        &self,
-        from: &Node<D, S::Place>,
-        to: &Node<D, S::Place>,
-        request: &Request,
-    ) -> Vec<FoundPath> {
-        let mut paths = match request.alternatives {
-            0 => vec![self.geodesics.path(from, to, &request.correction)],
-            more => self
-                .geodesics
-                .alternatives(from, to, &request.correction, more + 1),
-        };
-        if paths.is_empty() {
-            paths.push(Path::none());
+        match (end, self.rows_kept()) {
+            (End::Row(row), Some(rows)) => {
+                let row = End::Row(row_read(*row, rows)?);
+                locate(surface, self.dimension, &row)
+            }
+            _ => locate(surface, self.dimension, end),
         }
-        paths.iter().map(|path| self.found(path)).collect()
     }
-}
 
-/// The node of an end named for points of `dimension` coordinates, and how far it was moved there,
-/// or why it has none; `rows_kept` are the file's rows that were read, where some were not.
-pub fn locate<const D: usize, S: Show<D>>(
-    surface: &S,
-    dimension: usize,
-    rows_kept: Option<&[usize]>,
-    end: &End,
-) -> Result<(Node<D, S::Place>, f64), String> {
-    let located = match (end, rows_kept) {
-        (End::Point(point), _) if point.len() != dimension => {
-            return Err(format!(
-                "found {} coordinates, expected {dimension}, as many as the points of the surface have",
-                point.len()
+    /// The same, where an end without a node is a failure.
+    pub fn locate(&self, end: &End) -> Result<Located<D, S::Place>, Failure> {
+        self.find(end).map_err(|reason| refused(end, reason))
+    }
+
+    /// The sources with their start values, and how far they were moved onto the surface. A start
+    /// value is the source's own, or else that of `starts`.
+    pub fn sources(
+        &self,
+        sources: &Sources,
+        starts: &[f64],
+        progress: &Progress,
+    ) -> Result<Moved<Source<D, S::Place>>, Failure> {
+        let sites = sites::of_sources(sources, self.dimension, progress)?;
+        if !starts.is_empty() && starts.len() != sites.len() {
+            return Err(Failure::Usage(format!(
+                "--start: found {} values, expected one for each of {} sources",
+                starts.len(),
+                sites.len()
+            )));
+        }
+        let source = |(i, site): (usize, &Site)| {
+            let (node, moved) = self.locate(&site.end)?;
+            if let Some(off) = self.geodesics.surface().spacings_off(&node, moved) {
+                progress.note(&outlying(&site.end, off));
+            }
+            let start = site.value.or_else(|| starts.get(i).copied());
+            let start = start.unwrap_or(0.0);
+            Ok((Source { node, start }, moved))
+        };
+        let found = sites.iter().enumerate().map(source);
+        let found: Vec<_> = found.collect::<Result<_, Failure>>()?;
+        let (sources, moved): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let nodes: Vec<_> = sources
+            .iter()
+            .map(|source: &Source<D, _>| source.node)
+            .collect();
+        let ends: Vec<&End> = sites.iter().map(|site| &site.end).collect();
+        self.tell_moved("source", &ends, &nodes, &moved, progress);
+        Ok((sources, moved))
+    }
+
+    /// Says how far points were moved onto the surface, and warns where they hardly mean it.
+    fn tell_moved(
+        &self,
+        what: &str,
+        ends: &[&End],
+        nodes: &[Node<D, S::Place>],
+        moved: &[f64],
+        progress: &Progress,
+    ) {
+        let surface = self.geodesics.surface();
+        let is_far = |i: usize| {
+            let reach = surface.resolution(nodes[i].place);
+            reach > 0.0 && moved[i] > reach
+        };
+        // Rows of a cloud lie off it by its noise.
+        let is_told = |i: &usize| match ends[*i] {
+            End::Point(point) => moved[*i] > rounding(point),
+            End::Row(_) => is_far(*i),
+        };
+        let told: Vec<usize> = (0..ends.len()).filter(is_told).collect();
+        let doubt = |i: usize| match is_far(i) {
+            true => ", farther than a few spacings of the points there: is this the right surface?",
+            false => "",
+        };
+        for i in told.iter().copied().take(MOST_TOLD) {
+            progress.note(&format!(
+                "{}: {what} {} was moved {} onto the surface{}",
+                self.name,
+                ends[i],
+                significant(moved[i]),
+                doubt(i)
             ));
         }
-        (End::Row(row), Some(rows)) => surface.locate(&End::Row(row_read(*row, rows)?)),
-        (end, _) => surface.locate(end),
-    };
-    located.map_err(|error| error.to_string())
+        let farthest = told
+            .iter()
+            .copied()
+            .max_by(|a, b| moved[*a].total_cmp(&moved[*b]));
+        if let Some(i) = farthest.filter(|_| told.len() > MOST_TOLD) {
+            progress.note(&format!(
+                "{}: {} more were moved; the farthest of all {} is {}, which was moved by {}{}",
+                self.name,
+                told.len() - MOST_TOLD,
+                told.len(),
+                ends[i],
+                significant(moved[i]),
+                doubt(i)
+            ));
+        }
+    }
+
+    /// The vertices of a curve, and how far they were moved onto the surface.
+    pub fn vertices(
+        &self,
+        curve: &Sources,
+        progress: &Progress,
+    ) -> Result<Moved<Node<D, S::Place>>, Failure> {
+        let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
+        let found: Vec<_> = ends
+            .iter()
+            .map(|end| self.locate(end))
+            .collect::<Result<_, _>>()?;
+        let (nodes, moved): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+        let ends: Vec<&End> = ends.iter().collect();
+        self.tell_moved("vertex", &ends, &nodes, &moved, progress);
+        Ok((nodes, moved))
+    }
+
+    /// The points of a file; a row must have a place on the surface, a point need not.
+    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D, S::Place>, Failure> {
+        let sites = sites::of_file(file, self.dimension, progress)?;
+        let centre = self.geodesics.surface().centre();
+        let mut points = Vec::with_capacity(sites.len() * self.dimension);
+        let mut located = Vec::with_capacity(sites.len());
+        for site in sites {
+            let found = self.locate(&site.end);
+            match &site.end {
+                End::Point(point) => {
+                    points.extend_from_slice(point);
+                    located.push(found.ok());
+                }
+                End::Row(_) => {
+                    let found = found?;
+                    points.extend(coordinates(&(found.0.point + centre), self.dimension));
+                    located.push(Some(found));
+                }
+            }
+        }
+        Ok(Places { points, located })
+    }
+}
+
+/// That an end cannot be used.
+pub fn refused(end: &End, reason: impl Into<String>) -> Failure {
+    Failure::End {
+        end: end.to_string(),
+        reason: reason.into(),
+    }
 }
 
 /// The position of a file's row among those that were read.

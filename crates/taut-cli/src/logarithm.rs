@@ -1,21 +1,69 @@
 //! `taut log`.
 
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde::Serialize;
+use taut::End;
 use taut::size::coordinates;
 use taut_core::Vector;
-use taut_core::field::{Field, Fields, Logarithm};
+use taut_core::error::Error;
+use taut_core::field::{self, Field, Fields, Logarithm};
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::exit::{Exit, Failure};
-use crate::numbers::{exponential, significant};
-use crate::output::{line, tell, write_columns};
+use crate::numbers::{largest, median_and_most, significant};
+use crate::output::{errors_line, line, moved_lines, names, tell, write_columns};
 use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
-use crate::settings::{LogSettings, Source};
+use crate::sites;
+use crate::source::{Source, Sources, SurfaceFlags};
 use crate::surface::Show;
+use crate::values::tolerance;
+
+pub const EXAMPLES: &str = "\
+Examples:
+  taut log scan.ply --source 12 -o directions.ply
+  taut log --shape torus:1,0.4 --source 1.4,0,0 --at points.xyz --transport
+
+The vector is tangential at the nearest source and as long as the geodesic. Its error is that of its
+end. A point that no source reaches has a vector of nan and an infinite error.";
+
+#[derive(Debug, Args)]
+pub struct Flags {
+    #[command(flatten)]
+    pub surface: SurfaceFlags,
+    /// A point that vectors start from: a row of the file (the first is 0), or coordinates; repeat
+    /// the flag for several points
+    #[arg(long, value_name = "P", allow_hyphen_values = true, required = true)]
+    pub source: Vec<End>,
+    /// A file of the points that vectors lead to, by rows or coordinates [default: all points of
+    /// the cloud]
+    #[arg(long, value_name = "FILE")]
+    pub at: Option<PathBuf>,
+    /// Also write the two tangents of the source, carried along the geodesic by parallel transport
+    #[arg(long)]
+    pub transport: bool,
+    /// Largest relative error of the geodesics that carry the directions
+    #[arg(long = "tol", value_name = "T", default_value = "1e-6", value_parser = tolerance)]
+    #[arg(allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Write one JSON object that describes the vectors, with the tangents of the sources
+    #[arg(long)]
+    pub json: bool,
+    /// Write the points with their vector, error and source: .csv .ply .vtp .las .laz, or .npy
+    /// (vectors alone)
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+impl Flags {
+    fn sources(&self) -> Sources {
+        Sources::Ends(self.source.clone())
+    }
+}
 
 /// Why a cloud has no logarithms. A fit does not help: its charts are no smaller than the cloud's
 /// own.
@@ -24,28 +72,33 @@ const ROUGH: &str = "found a rough surface, expected a smooth one, as logarithms
 const LARGE_CHARTS: &str = "found charts that are too large or too rough, expected small and smooth ones, as logarithms need: fit again with a smaller --accuracy, and to more points or points with less noise where that is not enough; taut field finds the distances alone";
 
 /// Finds the vectors and writes what was asked for.
-pub fn run(settings: &LogSettings, progress: &Progress) -> Result<Exit, Failure> {
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let source = flags.surface.source()?;
     // A vector, two tangents carried, an error, a source and how far the point was moved.
     let most = 3 * 3 + 3;
-    let at = settings.at.as_deref();
+    let at = flags.at.as_deref();
+    let original = at.or_else(|| source.points());
     let content = Content::Table {
-        original: at.or_else(|| settings.source.points()),
+        original,
         columns: most,
     };
-    let dimension = settings.source.dimension();
-    Files::of(&settings.source)
+    let dimension = source.dimension();
+    Files::of(&source)
         .reads("--at", at)
-        .writes("--output", settings.output.as_deref(), content, dimension)
+        .writes("--output", flags.output.as_deref(), content, dimension)
         .check()?;
-    let question = Vectors { settings, progress };
-    let table = ready::ask(&settings.source, &settings.sources, &question, progress)?;
-    table.write(settings, progress)?;
+    let vectors = Vectors {
+        flags,
+        of_model: matches!(source, Source::Model(_)),
+    };
+    let table = ready::visit(&source, vectors, progress)?;
+    table.write(flags, original, progress)?;
     Ok(Exit::Success)
 }
 
 struct Vectors<'a> {
-    settings: &'a LogSettings,
-    progress: &'a Progress,
+    flags: &'a Flags,
+    of_model: bool,
 }
 
 /// Vectors at points, their dimension forgotten.
@@ -89,11 +142,16 @@ struct Facts {
 impl Question for Vectors<'_> {
     type Answer = Table;
 
+    fn seeds(&self, dimension: usize, progress: &Progress) -> Result<Vec<End>, Failure> {
+        sites::places_of(&self.flags.sources(), dimension, progress)
+    }
+
     fn answer<const D: usize, S: Show<D>>(
-        &self,
+        self,
         ready: &Ready<'_, D, S>,
+        progress: &Progress,
     ) -> Result<Table, Failure> {
-        let Self { settings, progress } = *self;
+        let flags = self.flags;
         let dimension = ready.geodesics.surface().intrinsic_dimension();
         if dimension != 2 {
             return Err(unfit(
@@ -103,21 +161,23 @@ impl Question for Vectors<'_> {
                 ),
             ));
         }
-        let refused = |error| match (error, &settings.source) {
-            (taut_core::error::Error::NoDirections, Source::Model(_)) => {
-                unfit(ready.name, LARGE_CHARTS)
-            }
-            (taut_core::error::Error::NoDirections, _) => unfit(ready.name, ROUGH),
-            (error, _) => ready.refused(error),
+        let refused = |error| match error {
+            Error::NoDirections if self.of_model => unfit(ready.name, LARGE_CHARTS),
+            Error::NoDirections => unfit(ready.name, ROUGH),
+            error => ready.refused(error),
         };
-        let (sources, sources_moved) = ready.sources(&settings.sources, &[], progress)?;
-        let places = settings.at.as_ref();
+        let (sources, sources_moved) = ready.sources(&flags.sources(), &[], progress)?;
+        let places = flags.at.as_ref();
         let places = places
             .map(|file| ready.places(file, progress))
             .transpose()?;
+        let settings = field::Settings {
+            tolerance: flags.tolerance,
+            ..field::Settings::default()
+        };
         progress.step("directions");
-        let fields = S::fields(ready.geodesics, None).map_err(refused)?;
-        let field = fields.from(&sources, &settings.field).map_err(refused)?;
+        let fields = S::fields(&ready.geodesics, None).map_err(refused)?;
+        let field = fields.from(&sources, &settings).map_err(refused)?;
         let (points, found, moved) = match places {
             Some(places) => {
                 let moved = places.moved();
@@ -137,7 +197,7 @@ impl Question for Vectors<'_> {
                 (points.coordinates.clone(), found, None)
             }
         };
-        let mut table = Table::new(ready, points, settings.transport);
+        let mut table = Table::new(ready, points, flags.transport);
         table.facts.sources = sources.len();
         table.facts.sources_moved = sources_moved;
         table.facts.source_tangents = (0..sources.len() as u32)
@@ -147,10 +207,7 @@ impl Question for Vectors<'_> {
         for logarithm in &found {
             table.push(&fields, &field, logarithm.as_ref());
         }
-        table.facts.moved_most = moved.map(|moved| {
-            let known = moved.into_iter().filter(|moved| !moved.is_nan());
-            known.fold(0.0, f64::max)
-        });
+        table.facts.moved_most = moved.as_deref().map(largest);
         table.sum_up();
         Ok(table)
     }
@@ -161,17 +218,6 @@ fn unfit(surface: &str, reason: &str) -> Failure {
         surface: surface.to_owned(),
         reason: reason.to_owned(),
     }
-}
-
-/// The names of a vector's coordinates.
-pub fn names(vector: &str, dimension: usize) -> Vec<String> {
-    let axis = |i: usize| match dimension {
-        3 => ["x", "y", "z"][i].to_owned(),
-        _ => i.to_string(),
-    };
-    (0..dimension)
-        .map(|i| format!("{vector}_{}", axis(i)))
-        .collect()
 }
 
 impl Table {
@@ -253,10 +299,8 @@ impl Table {
 
     fn sum_up(&mut self) {
         let reached = self.source.iter().zip(&self.error).filter(|v| *v.0 >= 0.0);
-        let mut errors: Vec<f64> = reached.map(|(_, error)| *error).collect();
-        errors.sort_by(f64::total_cmp);
-        self.facts.error_median = errors.get(errors.len() / 2).copied();
-        self.facts.error_most = errors.last().copied();
+        let errors = median_and_most(reached.map(|(_, error)| *error));
+        [self.facts.error_median, self.facts.error_most] = errors;
     }
 
     fn columns(&self) -> Vec<Column<'_>> {
@@ -268,9 +312,14 @@ impl Table {
             .collect()
     }
 
-    fn write(&self, settings: &LogSettings, progress: &Progress) -> Result<(), Failure> {
+    fn write(
+        &self,
+        flags: &Flags,
+        original: Option<&Path>,
+        progress: &Progress,
+    ) -> Result<(), Failure> {
         let columns = self.columns();
-        if let Some(file) = &settings.output {
+        if let Some(file) = &flags.output {
             progress.step("writing the vectors");
             if file.extension().is_some_and(|found| found == "npy") {
                 // One column would be no vector.
@@ -280,11 +329,6 @@ impl Table {
                     .collect();
                 write_points(file, self.vectors.len(), &vectors, None)?;
             } else {
-                let original = match (&settings.source, &settings.at) {
-                    (_, Some(file)) => Some(file.as_path()),
-                    (Source::Cloud(cloud), None) => Some(cloud.file.as_path()),
-                    _ => None,
-                };
                 let table = PointTable {
                     dimension: self.dimension,
                     coordinates: &self.points,
@@ -293,18 +337,13 @@ impl Table {
                     colours: None,
                 };
                 let rows = self.rows_kept.as_deref();
-                write_table(
-                    file,
-                    &table,
-                    original,
-                    rows.filter(|_| settings.at.is_none()),
-                )?;
+                write_table(file, &table, original, rows.filter(|_| flags.at.is_none()))?;
             }
         }
         self.facts.note(progress);
         progress.clear();
-        if settings.json || settings.output.is_some() {
-            return tell(&self.facts, settings.json, |out, facts| facts.write(out));
+        if flags.json || flags.output.is_some() {
+            return tell(&self.facts, flags.json, |out, facts| facts.write(out));
         }
         Ok(write_columns(&columns)?)
     }
@@ -330,15 +369,9 @@ impl Facts {
         line(out, "sources", &self.sources.to_string())?;
         let longest = self.longest.map_or("none reached".to_owned(), significant);
         line(out, "longest", &longest)?;
-        let errors = [self.error_median, self.error_most].map(exponential);
-        let errors = format!("{} (median), {} at most", errors[0], errors[1]);
-        line(out, "estimated error", &errors)?;
+        errors_line(out, [self.error_median, self.error_most])?;
         line(out, "not reached", &self.unreached.to_string())?;
         line(out, "bent round holes", &self.not_transported.to_string())?;
-        if let Some(moved) = self.moved_most {
-            line(out, "moved by at most", &exponential(Some(moved)))?;
-            line(out, "off the surface", &self.unusable.to_string())?;
-        }
-        Ok(())
+        moved_lines(out, self.moved_most, self.unusable)
     }
 }

@@ -3,13 +3,12 @@
 mod answer;
 mod check;
 mod clouds;
+mod correction;
 mod demo;
-mod either;
 mod equations;
 mod exit;
 mod exponential;
 mod facts;
-mod farthest;
 mod field;
 mod fit;
 mod flags;
@@ -20,15 +19,15 @@ mod models;
 mod numbers;
 mod output;
 mod outputs;
+mod pairs;
 mod path;
 mod picture;
-mod prepared;
 mod progress;
 mod ready;
 mod sample;
-mod settings;
 mod signals;
 mod sites;
+mod source;
 mod surface;
 mod values;
 
@@ -61,14 +60,14 @@ fn run(flags: Flags) -> Result<Exit, Failure> {
         .map_err(|error| Failure::Threads { count, error })?;
     let progress = Progress::new(flags.quiet);
     threads.install(|| match flags.command {
-        Command::Path(flags) => path::run(&flags.try_into()?, &progress),
-        Command::Field(flags) => field::run(&flags.try_into()?, &progress),
-        Command::Log(flags) => logarithm::run(&flags.try_into()?, &progress),
-        Command::Exp(flags) => exponential::run(&flags.try_into()?, &progress),
-        Command::Matrix(flags) => matrix::run(&flags.try_into()?, &progress),
-        Command::Check(flags) => check::run(&flags.try_into()?, &progress),
-        Command::Fit(flags) => fit::run(&flags.try_into()?, &progress),
-        Command::Sample(flags) => sample::run(&flags.try_into()?, &progress),
+        Command::Path(flags) => path::run(&flags, &progress),
+        Command::Field(flags) => field::run(&flags, &progress),
+        Command::Log(flags) => logarithm::run(&flags, &progress),
+        Command::Exp(flags) => exponential::run(&flags, &progress),
+        Command::Matrix(flags) => matrix::run(&flags, &progress),
+        Command::Check(flags) => check::run(&flags, &progress),
+        Command::Fit(flags) => fit::run(&flags, &progress),
+        Command::Sample(flags) => sample::run(&flags, &progress),
         Command::Demo(flags) => demo::run(&flags, &progress),
         Command::Completions { shell } => completions(shell),
     })

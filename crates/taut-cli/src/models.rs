@@ -4,18 +4,11 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use taut::End;
-use taut::size::coordinates;
-use taut_core::geodesics::Geodesics;
 use taut_core::surface::atlas::{Atlas, Header, Model};
 use taut_io::{read_json_lines, write_json_lines};
 
 use crate::exit::Failure;
-use crate::facts::{ChartFacts, Facts};
-use crate::located::Located;
-use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::surface::{corners, with_size};
 
 /// The first line of a model's file; each further line is a chart.
 #[derive(Serialize, Deserialize)]
@@ -137,53 +130,4 @@ impl FileModel {
     pub fn dimension(&self) -> usize {
         self.dimension
     }
-}
-
-/// Makes a model ready and locates the ends on it.
-pub fn prepare(
-    file: &Path,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    let model = read(file, progress)?;
-    with_size!(model.dimension, located(&model, ends))
-}
-
-fn located<const D: usize>(
-    model: &FileModel,
-    ends: Vec<End>,
-) -> Result<Box<dyn Prepared>, Failure> {
-    let geodesics = Geodesics::of_atlas(model.atlas::<D>()?);
-    Ok(Box::new(Located::new(
-        geodesics,
-        model.dimension,
-        ends,
-        None,
-    )))
-}
-
-/// What a model is like.
-pub fn facts(file: &Path, progress: &Progress) -> Result<Facts, Failure> {
-    let model = read(file, progress)?;
-    with_size!(model.dimension, facts_of(&model))
-}
-
-fn facts_of<const D: usize>(model: &FileModel) -> Result<Facts, Failure> {
-    let atlas = model.atlas::<D>()?;
-    let report = atlas.report();
-    let (low, high) = corners(&atlas.cloud().points);
-    let centre = atlas.cloud().centre;
-    let [low, high] = [low, high].map(|v| coordinates(&(v + centre), model.dimension));
-    let components = Geodesics::of_atlas(atlas).component_sizes().to_vec();
-    Ok(Facts {
-        surface: model.name.clone(),
-        coordinates: model.dimension,
-        intrinsic_dimension: report.intrinsic_dimension,
-        points: None,
-        charts: Some(ChartFacts::new(&report)),
-        low,
-        high,
-        components,
-        warnings: Vec::new(),
-    })
 }

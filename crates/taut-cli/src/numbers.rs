@@ -34,6 +34,21 @@ pub fn significant(value: f64) -> String {
     }
 }
 
+/// The value in the middle and the largest; `None` where there are none.
+pub fn median_and_most(values: impl Iterator<Item = f64>) -> [Option<f64>; 2] {
+    let mut values: Vec<f64> = values.collect();
+    let most = values.iter().copied().max_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    let median = most.map(|_| *values.select_nth_unstable_by(middle, f64::total_cmp).1);
+    [median, most]
+}
+
+/// The largest of the values that are numbers, none of which is below 0.
+pub fn largest(values: &[f64]) -> f64 {
+    let known = values.iter().copied().filter(|value| !value.is_nan());
+    known.fold(0.0, f64::max)
+}
+
 /// Moves below this share of the coordinates are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 

@@ -178,9 +178,37 @@ pub fn write_columns(columns: &[Column<'_>]) -> io::Result<()> {
     out.flush()
 }
 
+/// The names of a vector's coordinates.
+pub fn names(vector: &str, dimension: usize) -> Vec<String> {
+    let axis = |i: usize| match dimension {
+        3 => ["x", "y", "z"][i].to_owned(),
+        _ => i.to_string(),
+    };
+    (0..dimension)
+        .map(|i| format!("{vector}_{}", axis(i)))
+        .collect()
+}
+
 /// A line of an aligned list.
 pub fn line(out: &mut impl Write, name: &str, value: &str) -> io::Result<()> {
     writeln!(out, "{name:<24}{value}")
+}
+
+/// The line of estimated errors of many values: that in the middle, and the largest.
+pub fn errors_line(out: &mut impl Write, errors: [Option<f64>; 2]) -> io::Result<()> {
+    let [median, most] = errors.map(exponential);
+    let told = format!("{median} (median), {most} at most");
+    line(out, "estimated error", &told)
+}
+
+/// The lines about points given: how far they were moved onto the surface, and how many have no
+/// place there.
+pub fn moved_lines(out: &mut impl Write, most: Option<f64>, unusable: usize) -> io::Result<()> {
+    if most.is_none() {
+        return Ok(());
+    }
+    line(out, "moved by at most", &exponential(most))?;
+    line(out, "off the surface", &unusable.to_string())
 }
 
 pub fn yes_or_no(value: bool) -> &'static str {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use taut_io::{Content, check_output};
 
 use crate::exit::Failure;
-use crate::settings::{Source, Sources};
+use crate::source::Source;
 
 /// The files of a command.
 #[derive(Default)]
@@ -49,14 +49,6 @@ impl<'a> Files<'a> {
         let named = |file| Named { flag, file };
         self.inputs.extend(file.map(named));
         self
-    }
-
-    /// Sources that may stand in a file.
-    pub fn reads_sources(self, flag: &'static str, sources: &'a Sources) -> Self {
-        match sources {
-            Sources::File(file) => self.reads(flag, Some(file)),
-            Sources::Any | Sources::Ends(_) => self,
-        }
     }
 
     /// A file of points or paths of so many coordinates, where that is known already.

@@ -1,170 +1,203 @@
-//! A surface made ready, for paths between ends or for a question about all of it: from settings to
-//! a type of its dimension and kind.
-
-use std::path::Path;
+//! The one road from settings to a surface: here its dimension and its kind become types.
 
 use taut::End;
 use taut::equations::Implicit;
-use taut::size::coordinates;
-use taut_core::field::Source;
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::Guide;
-use taut_core::surface::Node;
+use taut_core::surface::atlas::Atlas;
 use taut_io::PointSet;
 
-use crate::answer::outlying;
 use crate::clouds;
 use crate::equations;
 use crate::exit::Failure;
-use crate::located::locate;
-use crate::models;
-use crate::numbers::{rounding, significant};
-use crate::prepared::Prepared;
+use crate::models::{self, FileModel};
 use crate::progress::Progress;
-use crate::settings::{self, CloudSettings, Sources};
-use crate::sites::{self, Site};
-use crate::surface::{Show, with_size};
-
-/// Places on the surface, and how far each was moved there.
-type Moved<T> = (Vec<T>, Vec<f64>);
+use crate::source::{Model, Source};
+use crate::surface::{FlatSamples, Show, flat_samples, too_many};
+use crate::values::Reconstruction;
 
 /// A surface made ready.
 pub struct Ready<'a, const D: usize, S: Guide<D>> {
     pub name: &'a str,
-    pub geodesics: &'a Geodesics<D, S>,
+    pub geodesics: Geodesics<D, S>,
     /// Coordinates of a point.
     pub dimension: usize,
     /// The file's points, where the surface was put through any.
     pub points: Option<&'a PointSet>,
 }
 
-/// What can be asked of a surface of any kind and dimension.
-pub trait Question {
-    /// Its dimension forgotten.
+/// A surface of charts, through points or of a model.
+pub type Charts<'a, const D: usize> = Ready<'a, D, Atlas<D>>;
+
+/// What is done with a surface, kind by kind: once it is known which, its dimension is a type.
+pub trait Visit: Sized {
+    /// What comes of it, free of the surface's types.
     type Answer;
 
-    /// A file of points that are asked about.
-    fn file(&self) -> Option<&Path> {
-        None
-    }
+    /// The surface is made of charts.
+    fn charts<const D: usize>(
+        self,
+        ready: &Charts<'_, D>,
+        progress: &Progress,
+    ) -> Result<Self::Answer, Failure>;
 
-    fn answer<const D: usize, S: Show<D>>(
-        &self,
-        ready: &Ready<'_, D, S>,
+    /// The surface is that of equations, of which the visitor says what part it needs and how.
+    fn equations<const D: usize>(
+        self,
+        law: &Implicit,
+        progress: &Progress,
     ) -> Result<Self::Answer, Failure>;
 }
 
-/// Makes a surface ready and locates the ends on it.
-pub fn prepare(
-    source: &settings::Source,
-    ends: Vec<End>,
-    progress: &Progress,
-) -> Result<Box<dyn Prepared>, Failure> {
-    match source {
-        settings::Source::Cloud(settings) => clouds::prepare(settings, ends, progress),
-        settings::Source::Model(file) => models::prepare(file, ends, progress),
-        settings::Source::Equations(settings) => equations::prepare(settings, ends, progress),
+/// What is asked in the same way of every kind of surface. Every question is a [`Visit`].
+pub trait Question: Sized {
+    /// What is found, free of the surface's types.
+    type Answer;
+
+    /// Points on the part of an equation's surface that is meant.
+    fn seeds(&self, dimension: usize, progress: &Progress) -> Result<Vec<End>, Failure>;
+
+    fn answer<const D: usize, S: Show<D>>(
+        self,
+        ready: &Ready<'_, D, S>,
+        progress: &Progress,
+    ) -> Result<Self::Answer, Failure>;
+}
+
+impl<Q: Question> Visit for Q {
+    type Answer = Q::Answer;
+
+    fn charts<const D: usize>(
+        self,
+        ready: &Charts<'_, D>,
+        progress: &Progress,
+    ) -> Result<Q::Answer, Failure> {
+        ready.note_changes(progress);
+        self.answer(ready, progress)
+    }
+
+    fn equations<const D: usize>(
+        self,
+        law: &Implicit,
+        progress: &Progress,
+    ) -> Result<Q::Answer, Failure> {
+        let seeds = self.seeds(law.dimension, progress)?;
+        let ready = Ready {
+            name: &law.law.to_string(),
+            geodesics: equations::geodesics::<D>(law, &seeds, progress)?,
+            dimension: law.dimension,
+            points: None,
+        };
+        self.answer(&ready, progress)
     }
 }
 
-/// Makes a surface ready and answers the question; `sources` say which part of an equation's surface is meant.
-pub fn ask<Q: Question>(
-    source: &settings::Source,
-    sources: &Sources,
-    question: &Q,
+/// What a surface is made of, as it was read, and what errors call it.
+enum Opened<'a> {
+    Points(&'a str, &'a PointSet, &'a Model),
+    Model(&'a str, &'a FileModel),
+    Law(&'a Implicit),
+}
+
+/// Makes the surface of a source, and visits it.
+pub fn visit<V: Visit>(
+    source: &Source,
+    visitor: V,
     progress: &Progress,
-) -> Result<Q::Answer, Failure> {
+) -> Result<V::Answer, Failure> {
+    let name = source.name();
     match source {
-        settings::Source::Cloud(cloud) => {
-            clouds::refuse_mls(&cloud.model)?;
-            let points = clouds::read(cloud, progress)?;
-            with_size!(
-                points.dimension,
-                of_cloud<Q>(cloud, &points, question, progress)
-            )
+        Source::Cloud(cloud) if cloud.model.reconstruction == Reconstruction::Mls => {
+            let message = "--surface mls: only taut path works on this surface; leave it out";
+            Err(Failure::Usage(message.to_owned()))
         }
-        settings::Source::Model(file) => {
+        Source::Cloud(cloud) => {
+            let points = clouds::read(&cloud.file, &cloud.options, progress)?;
+            visit_points(&name, &points, &cloud.model, visitor, progress)
+        }
+        Source::Model(file) => {
             let model = models::read(file, progress)?;
-            with_size!(model.dimension(), of_model<Q>(file, &model, question))
+            sized(Opened::Model(&name, &model), visitor, progress)
         }
-        settings::Source::Equations(law) => {
-            with_size!(
-                law.dimension,
-                of_equations<Q>(law, sources, question, progress)
-            )
-        }
+        Source::Equations(law) => sized(Opened::Law(law), visitor, progress),
     }
 }
 
-fn of_cloud<const D: usize, Q: Question>(
-    cloud: &CloudSettings,
+/// Puts a surface of charts through points that errors call by a name, and visits it.
+pub fn visit_points<V: Visit>(
+    name: &str,
     points: &PointSet,
-    question: &Q,
+    model: &Model,
+    visitor: V,
     progress: &Progress,
-) -> Result<Q::Answer, Failure> {
-    let name = cloud.file.display().to_string();
-    let atlas = clouds::atlas::<D>(&name, points, &cloud.model, progress)?;
-    clouds::note_changes(&name, &atlas, progress);
-    question.answer(&Ready {
-        name: &name,
-        geodesics: &Geodesics::of_atlas(atlas),
-        dimension: points.dimension,
-        points: Some(points),
-    })
+) -> Result<V::Answer, Failure> {
+    sized(Opened::Points(name, points, model), visitor, progress)
 }
 
-fn of_model<const D: usize, Q: Question>(
-    file: &Path,
-    model: &models::FileModel,
-    question: &Q,
-) -> Result<Q::Answer, Failure> {
-    question.answer(&Ready {
-        name: &file.display().to_string(),
-        geodesics: &Geodesics::of_atlas(model.atlas::<D>()?),
-        dimension: model.dimension(),
-        points: None,
-    })
-}
-
-fn of_equations<const D: usize, Q: Question>(
-    law: &Implicit,
-    sources: &Sources,
-    question: &Q,
+/// As [`visit`], but also on surfaces of moving least squares, where paths alone are found.
+pub fn visit_for_paths<Q: Question>(
+    source: &Source,
+    question: Q,
     progress: &Progress,
 ) -> Result<Q::Answer, Failure> {
-    let mut sites = sites::of_sources(sources, law.dimension, progress)?;
-    if let Some(file) = question.file() {
-        let all = sites::of_file(file, law.dimension, progress)?;
-        sites.extend(
-            all.into_iter()
-                .filter(|site| matches!(site.end, End::Point(_))),
-        );
+    match source {
+        Source::Cloud(cloud) if cloud.model.reconstruction == Reconstruction::Mls => {
+            let points = clouds::read(&cloud.file, &cloud.options, progress)?;
+            let name = source.name();
+            let ready = Ready {
+                name: &name,
+                geodesics: clouds::mls(&name, &points, &cloud.model, progress)?,
+                dimension: points.dimension,
+                points: Some(&points),
+            };
+            question.answer(&ready, progress)
+        }
+        _ => visit(source, question, progress),
     }
-    let ends = sites.iter().map(|site| &site.end);
-    question.answer(&Ready {
-        name: &law.law.to_string(),
-        geodesics: &equations::geodesics::<D>(law, ends, progress)?,
-        dimension: law.dimension,
-        points: None,
-    })
 }
 
-/// Points whose moves are told one by one.
-const MOST_TOLD: usize = 8;
-
-/// Points other than the surface's own that something was asked for at.
-pub struct Places<const D: usize, P> {
-    /// As given, row-major.
-    pub points: Vec<f64>,
-    /// Nodes of the surface and how far the points were moved there; `None` for those without a place on it.
-    pub located: Vec<Option<(Node<D, P>, f64)>>,
+/// The one place where the dimension of space becomes a type.
+fn sized<V: Visit>(
+    opened: Opened<'_>,
+    visitor: V,
+    progress: &Progress,
+) -> Result<V::Answer, Failure> {
+    let dimension = match opened {
+        Opened::Points(_, points, _) => points.dimension,
+        Opened::Model(_, model) => model.dimension(),
+        Opened::Law(law) => law.dimension,
+    };
+    taut::by_size!(dimension, too_many, made<V>(opened, visitor, progress))
 }
 
-impl<const D: usize, P> Places<D, P> {
-    /// How far each point was moved onto the surface; not a number where it has no place there.
-    pub fn moved(&self) -> Vec<f64> {
-        let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
-        self.located.iter().map(moved).collect()
+fn made<const D: usize, V: Visit>(
+    opened: Opened<'_>,
+    visitor: V,
+    progress: &Progress,
+) -> Result<V::Answer, Failure> {
+    let (name, atlas, dimension, points) = match opened {
+        Opened::Points(name, points, model) => {
+            let atlas = clouds::atlas::<D>(name, points, model, progress)?;
+            (name, atlas, points.dimension, Some(points))
+        }
+        Opened::Model(name, model) => (name, model.atlas::<D>()?, model.dimension(), None),
+        Opened::Law(law) => return visitor.equations::<D>(law, progress),
+    };
+    let ready = Ready {
+        name,
+        geodesics: Geodesics::of_atlas(atlas),
+        dimension,
+        points,
+    };
+    visitor.charts(&ready, progress)
+}
+
+impl<const D: usize> Charts<'_, D> {
+    /// Notes what was done to points before a surface was put through them.
+    pub fn note_changes(&self, progress: &Progress) {
+        if self.points.is_some() {
+            clouds::note_changes(self.name, self.geodesics.surface(), progress);
+        }
     }
 }
 
@@ -174,147 +207,17 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         self.points?.rows_kept.as_deref()
     }
 
+    /// Points of the surface for a picture.
+    pub fn samples(&self) -> FlatSamples {
+        let surface = self.geodesics.surface();
+        flat_samples(&surface.samples(), &surface.centre(), self.dimension)
+    }
+
     pub fn refused(&self, error: taut_core::error::Error) -> Failure {
         Failure::Surface {
             surface: self.name.to_owned(),
             error,
         }
-    }
-
-    /// The node of an end, and how far it was moved there.
-    pub fn locate(&self, end: &End) -> Result<(Node<D, S::Place>, f64), Failure> {
-        let surface = self.geodesics.surface();
-        locate(surface, self.dimension, self.rows_kept(), end).map_err(|reason| Failure::End {
-            end: end.to_string(),
-            reason,
-        })
-    }
-
-    /// The sources with their start values: their own, else those of `starts`; and how far they were moved onto the
-    /// surface.
-    pub fn sources(
-        &self,
-        sources: &Sources,
-        starts: &[f64],
-        progress: &Progress,
-    ) -> Result<Moved<Source<D, S::Place>>, Failure> {
-        let sites = sites::of_sources(sources, self.dimension, progress)?;
-        if !starts.is_empty() && starts.len() != sites.len() {
-            return Err(Failure::Usage(format!(
-                "--start: found {} values, expected one for each of {} sources",
-                starts.len(),
-                sites.len()
-            )));
-        }
-        let source = |(i, site): (usize, &Site)| {
-            let (node, moved) = self.locate(&site.end)?;
-            if let Some(off) = self.geodesics.surface().spacings_off(&node, moved) {
-                progress.note(&outlying(&site.end, off));
-            }
-            let start = site.value.or_else(|| starts.get(i).copied());
-            let start = start.unwrap_or(0.0);
-            Ok((Source { node, start }, moved))
-        };
-        let found = sites.iter().enumerate().map(source);
-        let found: Vec<_> = found.collect::<Result<_, Failure>>()?;
-        let (sources, moved): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-        let nodes: Vec<_> = sources
-            .iter()
-            .map(|source: &Source<D, _>| source.node)
-            .collect();
-        let ends: Vec<&End> = sites.iter().map(|site| &site.end).collect();
-        self.tell_moved("source", &ends, &nodes, &moved, progress);
-        Ok((sources, moved))
-    }
-
-    /// Says how far points were moved onto the surface, and warns where they hardly mean it.
-    fn tell_moved(
-        &self,
-        what: &str,
-        ends: &[&End],
-        nodes: &[Node<D, S::Place>],
-        moved: &[f64],
-        progress: &Progress,
-    ) {
-        let surface = self.geodesics.surface();
-        let is_far = |i: usize| {
-            let reach = surface.resolution(nodes[i].place);
-            reach > 0.0 && moved[i] > reach
-        };
-        // Rows of a cloud lie off it by its noise.
-        let is_told = |i: &usize| match ends[*i] {
-            End::Point(point) => moved[*i] > rounding(point),
-            End::Row(_) => is_far(*i),
-        };
-        let told: Vec<usize> = (0..ends.len()).filter(is_told).collect();
-        let doubt = |i: usize| match is_far(i) {
-            true => ", farther than a few spacings of the points there: is this the right surface?",
-            false => "",
-        };
-        for i in told.iter().copied().take(MOST_TOLD) {
-            progress.note(&format!(
-                "{}: {what} {} was moved {} onto the surface{}",
-                self.name,
-                ends[i],
-                significant(moved[i]),
-                doubt(i)
-            ));
-        }
-        let farthest = told
-            .iter()
-            .copied()
-            .max_by(|a, b| moved[*a].total_cmp(&moved[*b]));
-        if let Some(i) = farthest.filter(|_| told.len() > MOST_TOLD) {
-            progress.note(&format!(
-                "{}: {} more were moved; the farthest of all {} is {}, which was moved by {}{}",
-                self.name,
-                told.len() - MOST_TOLD,
-                told.len(),
-                ends[i],
-                significant(moved[i]),
-                doubt(i)
-            ));
-        }
-    }
-
-    /// The vertices of a curve, and how far they were moved onto the surface.
-    pub fn vertices(
-        &self,
-        curve: &Sources,
-        progress: &Progress,
-    ) -> Result<Moved<Node<D, S::Place>>, Failure> {
-        let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
-        let found: Vec<_> = ends
-            .iter()
-            .map(|end| self.locate(end))
-            .collect::<Result<_, _>>()?;
-        let (nodes, moved): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-        let ends: Vec<&End> = ends.iter().collect();
-        self.tell_moved("vertex", &ends, &nodes, &moved, progress);
-        Ok((nodes, moved))
-    }
-
-    /// The points of a file; a row must have a place on the surface, a point need not.
-    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D, S::Place>, Failure> {
-        let sites = sites::of_file(file, self.dimension, progress)?;
-        let centre = self.geodesics.surface().centre();
-        let mut points = Vec::with_capacity(sites.len() * self.dimension);
-        let mut located = Vec::with_capacity(sites.len());
-        for site in sites {
-            let found = self.locate(&site.end);
-            match &site.end {
-                End::Point(point) => {
-                    points.extend_from_slice(point);
-                    located.push(found.ok());
-                }
-                End::Row(_) => {
-                    let found = found?;
-                    points.extend(coordinates(&(found.0.point + centre), self.dimension));
-                    located.push(Some(found));
-                }
-            }
-        }
-        Ok(Places { points, located })
     }
 
     /// That the surface has no points of its own to ask at.

@@ -8,7 +8,7 @@ use taut_io::{read_numbers, read_sources};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::settings::Sources;
+use crate::source::Sources;
 
 /// A point of a surface that a value may belong to.
 #[derive(Clone)]
@@ -33,6 +33,16 @@ pub fn of_sources(
         Sources::Ends(ends) => Ok(ends.iter().map(alone).collect()),
         Sources::File(file) => of_file(file, dimension, progress),
     }
+}
+
+/// The same without the values.
+pub fn places_of(
+    sources: &Sources,
+    dimension: usize,
+    progress: &Progress,
+) -> Result<Vec<End>, Failure> {
+    let sites = of_sources(sources, dimension, progress)?;
+    Ok(sites.into_iter().map(|site| site.end).collect())
 }
 
 /// The same where no values may stand behind the sites, which a flag named.

@@ -1,5 +1,4 @@
-//! What every surface of the command can do, and the place where the dimension of space becomes a
-//! type.
+//! What every surface of the command can do.
 
 use taut::equations::spread;
 use taut::kind::Kind;
@@ -29,19 +28,6 @@ pub struct FlatSamples {
     /// Normals in the shape of `points` and radii of discs that cover the surface, where known.
     pub discs: Option<(Vec<f64>, Vec<f64>)>,
 }
-
-/// Calls a function with the smallest size of vectors that holds `dimension` coordinates, as
-/// [`taut::by_size`] does.
-macro_rules! with_size {
-    ($dimension:expr, $function:ident $(<$further:ident>)? ($($arguments:tt)*)) => {
-        taut::by_size!(
-            $dimension,
-            $crate::surface::too_many,
-            $function $(<$further>)? ($($arguments)*)
-        )
-    };
-}
-pub(crate) use with_size;
 
 /// Says that no size of vectors holds so many coordinates.
 pub fn too_many(found: usize) -> Failure {

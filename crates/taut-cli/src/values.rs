@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use taut::coordinate;
-use taut_core::{correction, field};
+use taut_core::field;
 
 /// How a surface is made of points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -12,25 +12,6 @@ pub enum Reconstruction {
     Atlas,
     /// The moving least squares planes of Yu, Zhang and Jiao, for comparison
     Mls,
-}
-
-/// How a first guess is pulled taut.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Correction {
-    /// Newton's method on curved elements
-    #[default]
-    Newton,
-    /// The geodesic curvature flow of Yu, Zhang and Jiao on polylines, for comparison
-    Flow,
-}
-
-impl From<Correction> for correction::Scheme {
-    fn from(correction: Correction) -> Self {
-        match correction {
-            Correction::Newton => Self::Newton,
-            Correction::Flow => Self::Flow,
-        }
-    }
 }
 
 /// Reads a length above 0.

@@ -4,8 +4,6 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::format::Format;
-
 /// Where in a file something was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
@@ -44,15 +42,16 @@ pub enum ReadError {
     },
     /// Neither extension nor option names a format.
     #[error(
-        "{}: found {found}, expected one of {}; rename the file or name its format with --format NAME",
-        file.display(),
-        Format::extensions()
+        "{}: found {found}, expected one of {known}; rename the file or name its format with --format NAME",
+        file.display()
     )]
     UnknownFormat {
         /// The file.
         file: PathBuf,
         /// The extension found, in words.
         found: String,
+        /// The extensions expected.
+        known: String,
     },
     /// The file is well formed and holds no point.
     #[error("{}: no points: found 0 rows, expected at least 1; export the points again", file.display())]
@@ -266,4 +265,12 @@ pub(crate) fn quoted(text: &str) -> String {
         shown.push_str("...");
     }
     format!("{shown:?}")
+}
+
+/// A file's extension as an error tells it.
+pub(crate) fn extension_in_words(path: &Path) -> String {
+    match path.extension() {
+        Some(extension) => format!("extension \".{}\"", extension.display()),
+        None => "no extension".to_owned(),
+    }
 }

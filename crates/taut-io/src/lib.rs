@@ -19,7 +19,6 @@
 //! ```
 
 mod error;
-mod format;
 mod json_lines;
 mod numbers;
 mod pairs;
@@ -30,12 +29,11 @@ mod text;
 mod write;
 
 pub use error::{Place, ReadError, WriteError};
-pub use format::Format;
 pub use json_lines::{read_json_lines, write_json_lines};
 pub use numbers::{Numbers, read_numbers};
 pub use pairs::{Pairs, read_pairs, read_pairs_from};
-pub use point_set::{PointSet, ReadOptions};
-pub use read::read;
+pub use point_set::PointSet;
+pub use read::{Format, ReadOptions, read};
 pub use sources::{Sources, read_sources};
 pub use write::{
     Column, Content, MatrixFile, PointTable, Polyline, SparseRows, Unfinished, check_output,

@@ -1,19 +1,5 @@
 //! Points as a file holds them.
 
-use crate::format::Format;
-
-/// How to read a file.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct ReadOptions {
-    /// The format; by the extension when absent.
-    pub format: Option<Format>,
-    /// LAS and LAZ: the classification codes to keep; every one when empty.
-    pub classes: Vec<u8>,
-    /// A column of numbers to read beside the points, by its name: of CSV, XYZ and TXT with names in the first line, a
-    /// property of PLY's vertices, LAS and LAZ's `intensity` or an extra dimension.
-    pub column: Option<String>,
-}
-
 /// Points as a file holds them, before anything is dropped for being not finite or double.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointSet {

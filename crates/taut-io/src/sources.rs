@@ -5,9 +5,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use crate::error::{Fault, ReadError, quoted};
-use crate::format::Format;
-use crate::point_set::{PointSet, ReadOptions};
-use crate::read::read;
+use crate::point_set::PointSet;
+use crate::read::{Format, ReadOptions, read};
 use crate::text::{Lines, Separator};
 
 /// Points named by a file.

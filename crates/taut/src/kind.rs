@@ -229,6 +229,26 @@ impl<const D: usize> Kind<D> for Sampled<D, System> {
     }
 }
 
+/// As [`Kind::locate`] on a surface whose points have `dimension` coordinates.
+///
+/// # Errors
+/// What is wrong with the end, in words.
+pub fn locate<const D: usize, S: Kind<D>>(
+    surface: &S,
+    dimension: usize,
+    end: &End,
+) -> Result<(Node<D, S::Place>, f64), String> {
+    if let End::Point(point) = end
+        && point.len() != dimension
+    {
+        return Err(format!(
+            "found {} coordinates, expected {dimension}, as many as the points of the surface have",
+            point.len()
+        ));
+    }
+    surface.locate(end).map_err(|error| error.to_string())
+}
+
 /// What is known of the points of a cloud, for each row that was read.
 fn of_rows<const D: usize, T: Copy>(cloud: &Cloud<D>, values: &[T]) -> Vec<Option<T>> {
     let rows = cloud.point_of_row.iter();

@@ -9,7 +9,7 @@ use taut_core::geodesics::Geodesics;
 use taut_core::surface::Node;
 use taut_core::{Vector, parallel, result};
 
-use crate::kind::Kind;
+use crate::kind::{Kind, locate};
 use crate::size::{coordinates, flat, padded};
 use crate::{
     Check, Distances, End, Error, FieldOptions, Logarithms, Matrix, Path, PathOptions, Shot,
@@ -75,21 +75,11 @@ impl<const D: usize, S: Kind<D>> Ready<D, S> {
     }
 
     fn locate(&self, end: &End) -> Result<Located<D, S>, Error> {
-        let refused = |reason: String| Error::NoPlace {
+        let found = locate(self.geodesics.surface(), self.dimension, end);
+        found.map_err(|reason| Error::NoPlace {
             end: end.clone(),
             reason,
-        };
-        if let End::Point(point) = end
-            && point.len() != self.dimension
-        {
-            return Err(refused(format!(
-                "found {} coordinates, expected {} as the surface's points have",
-                point.len(),
-                self.dimension
-            )));
-        }
-        let found = self.geodesics.surface().locate(end);
-        found.map_err(|error| refused(error.to_string()))
+        })
     }
 
     fn ground(&self) -> Result<Arc<Ground<D, S::Place>>, Error> {

@@ -18,6 +18,27 @@ macro_rules! by_size {
 
 use taut_core::Vector;
 
+use crate::Error;
+
+/// The dimension of a surface that was asked for, or else that of a surface in space.
+///
+/// # Errors
+/// [`Error::Dimension`].
+pub fn intrinsic_dimension<const D: usize>(
+    asked: Option<usize>,
+    coordinates: usize,
+) -> Result<usize, Error> {
+    let most = coordinates.min(D - 1);
+    let usual = (2..=3).contains(&coordinates).then_some(2);
+    let found = asked.or(usual);
+    let fits = found.filter(|found| (1..=most).contains(found));
+    fits.ok_or(Error::Dimension {
+        found,
+        most,
+        coordinates,
+    })
+}
+
 /// A point in the engine's size, padded with zeros.
 #[must_use]
 pub fn padded<const D: usize>(point: &[f64]) -> Vector<D> {

@@ -10,6 +10,7 @@ use taut_core::{Vector, parallel};
 
 use crate::equations::{Bounds, Implicit, Law};
 use crate::ready::{Ask, AskField, Progress, Ready};
+use crate::size::intrinsic_dimension;
 use crate::{
     Check, CloudOptions, Distances, End, Error, FieldOptions, Logarithms, Matrix, Path,
     PathOptions, Shot, by_size,
@@ -57,11 +58,7 @@ impl Surface {
         options: &CloudOptions,
     ) -> Result<Self, Error> {
         check_rows(rows, coordinates)?;
-        by_size!(
-            coordinates,
-            |found| Error::Coordinates { found },
-            of_points(rows, coordinates, options, None)
-        )
+        Self::made(coordinates, &Given::Points(rows, options, None))
     }
 
     /// A surface of few large charts that keep within `accuracy` of the points, in the input's units; a thousandth of
@@ -78,11 +75,7 @@ impl Surface {
         accuracy: Option<f64>,
     ) -> Result<Self, Error> {
         check_rows(rows, coordinates)?;
-        by_size!(
-            coordinates,
-            |found| Error::Coordinates { found },
-            of_points(rows, coordinates, options, Some(accuracy))
-        )
+        Self::made(coordinates, &Given::Points(rows, options, Some(accuracy)))
     }
 
     /// A surface that was fitted before, of points of so many coordinates.
@@ -90,11 +83,7 @@ impl Surface {
     /// # Errors
     /// [`Error::Engine`] where the model contradicts itself.
     pub fn from_model(model: &Model, coordinates: usize) -> Result<Self, Error> {
-        by_size!(
-            coordinates,
-            |found| Error::Coordinates { found },
-            of_model(model, coordinates)
-        )
+        Self::made(coordinates, &Given::Model(model))
     }
 
     /// The surface F(x) = 0 of an equation in x, y, z (or x1 to x16), such as `"x^2 + y^2 + z^2 = 1"`.
@@ -143,10 +132,15 @@ impl Surface {
     }
 
     fn from_implicit(implicit: &Implicit) -> Result<Self, Error> {
+        Self::made(implicit.dimension, &Given::Law(implicit))
+    }
+
+    /// The one place where the dimension of space becomes a type.
+    fn made(coordinates: usize, given: &Given<'_>) -> Result<Self, Error> {
         by_size!(
-            implicit.dimension,
+            coordinates,
             |found| Error::Coordinates { found },
-            of_implicit(implicit)
+            ready(coordinates, given)
         )
     }
 
@@ -361,61 +355,41 @@ fn check_rows(rows: &[f64], coordinates: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// The dimension asked for, or that of a surface in space.
-fn intrinsic_dimension<const D: usize>(
-    asked: Option<usize>,
-    coordinates: usize,
-) -> Result<usize, Error> {
-    let most = coordinates.min(D - 1);
-    let usual = (coordinates <= 3).then_some(2);
-    let found = asked.or(usual);
-    let fits = found.filter(|found| (1..=most).contains(found));
-    fits.ok_or(Error::Dimension {
-        found,
-        most,
-        coordinates,
-    })
+/// What a surface is made of.
+enum Given<'a> {
+    /// Points that it goes through, or that it is fitted to within an accuracy.
+    Points(&'a [f64], &'a CloudOptions, Option<Option<f64>>),
+    Model(&'a Model),
+    Law(&'a Implicit),
 }
 
-/// Put through the points, or fitted to them within an accuracy.
-fn of_points<const D: usize>(
-    rows: &[f64],
-    coordinates: usize,
-    options: &CloudOptions,
-    fitted: Option<Option<f64>>,
-) -> Result<Surface, Error> {
-    let intrinsic = intrinsic_dimension::<D>(options.dimension, coordinates)?;
-    let cloud = Cloud::<D>::new(rows, coordinates)?;
-    let atlas = match fitted {
-        None => Atlas::new(cloud, intrinsic)?,
-        Some(accuracy) => {
-            let settings = FitSettings {
-                accuracy,
-                normals: None,
-            };
-            Atlas::fit(cloud, intrinsic, &settings)?.0
+fn ready<const D: usize>(coordinates: usize, given: &Given<'_>) -> Result<Surface, Error> {
+    let atlas = match given {
+        Given::Points(rows, options, fitted) => {
+            let intrinsic = intrinsic_dimension::<D>(options.dimension, coordinates)?;
+            let cloud = Cloud::<D>::new(rows, coordinates)?;
+            match *fitted {
+                None => Atlas::new(cloud, intrinsic)?,
+                Some(accuracy) => {
+                    let settings = FitSettings {
+                        accuracy,
+                        normals: None,
+                    };
+                    Atlas::fit(cloud, intrinsic, &settings)?.0
+                }
+            }
+        }
+        Given::Model(model) => Atlas::from_model(model)?,
+        Given::Law(implicit) => {
+            let searched = implicit.searched::<D>()?;
+            let seeds: Vec<Vector<D>> = implicit.seeds(&searched)?;
+            let geodesics = implicit.sampled(&[&searched.low, &searched.high], &seeds)?;
+            return Ok(Surface {
+                ready: Arc::new(Ready::new(geodesics, coordinates)),
+            });
         }
     };
-    Ok(of_atlas(atlas, coordinates))
-}
-
-fn of_model<const D: usize>(model: &Model, coordinates: usize) -> Result<Surface, Error> {
-    Ok(of_atlas(Atlas::<D>::from_model(model)?, coordinates))
-}
-
-fn of_atlas<const D: usize>(atlas: Atlas<D>, coordinates: usize) -> Surface {
-    let ready = Ready::new(Geodesics::of_atlas(atlas), coordinates);
-    Surface {
-        ready: Arc::new(ready),
-    }
-}
-
-fn of_implicit<const D: usize>(implicit: &Implicit) -> Result<Surface, Error> {
-    let searched = implicit.searched::<D>()?;
-    let seeds: Vec<Vector<D>> = implicit.seeds(&searched)?;
-    let geodesics = implicit.sampled(&[&searched.low, &searched.high], &seeds)?;
-    let ready = Ready::new(geodesics, implicit.dimension);
     Ok(Surface {
-        ready: Arc::new(ready),
+        ready: Arc::new(Ready::new(Geodesics::of_atlas(atlas), coordinates)),
     })
 }

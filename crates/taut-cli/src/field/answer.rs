@@ -1,25 +1,17 @@
 //! Distances at points, their dimension forgotten.
 
+use std::io::{self, Write};
+
 use serde::Serialize;
 use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::field::{Value, least};
+use taut_io::Column;
 
-use crate::field::isolines::Line;
+use crate::numbers::{largest, median_and_most, significant};
+use crate::output::{errors_line, line, moved_lines};
 use crate::picture::Levels;
-use crate::surface::FlatSamples;
-
-/// A field, its dimension forgotten, with what a picture shows of it.
-pub struct Found {
-    pub answer: Answer,
-    pub sources: usize,
-    /// How far each source, or vertex of the curve, was moved onto the surface.
-    pub sources_moved: Vec<f64>,
-    /// The file's rows that the points come from, where some were left out.
-    pub rows_kept: Option<Vec<usize>>,
-    pub drawn: Option<(FlatSamples, Levels)>,
-    pub isolines: Option<Vec<Line>>,
-}
+use crate::progress::Progress;
 
 /// A field at points, in the coordinates and units of the input.
 pub struct Answer {
@@ -39,13 +31,14 @@ pub struct Answer {
     pub gradient: Vec<f64>,
     /// How far each point was moved onto the surface; `None` for points of the surface itself.
     pub moved: Option<Vec<f64>>,
-    /// What speaks against the distances, in sentences.
-    pub warnings: Vec<String>,
     /// The number of points without a place on the surface.
     unusable: usize,
 }
 
 impl Answer {
+    /// The number of its columns, where points are the surface's own.
+    pub const COLUMNS: usize = 3;
+
     pub fn new(surface: &str, dimension: usize, points: Vec<f64>, moved: Option<Vec<f64>>) -> Self {
         let rows = points.len() / dimension;
         Self {
@@ -57,7 +50,6 @@ impl Answer {
             source: Vec::with_capacity(rows),
             gradient: Vec::with_capacity(rows * dimension),
             moved,
-            warnings: Vec::new(),
             unusable: 0,
         }
     }
@@ -110,6 +102,18 @@ impl Answer {
         not_numbers.count() - self.unusable
     }
 
+    /// The columns of a table: the distance first, which formats of one column hold alone.
+    pub fn columns(&self) -> Vec<Column<'_>> {
+        let known = [
+            ("distance", &self.distance),
+            ("error", &self.error),
+            ("source", &self.source),
+        ];
+        let moved = self.moved.as_ref().map(|moved| ("moved", moved));
+        let all = known.into_iter().chain(moved);
+        all.map(|(name, values)| Column { name, values }).collect()
+    }
+
     /// What is told of the field. `sources` were asked for, and where it ends with them the `nearest` points.
     pub fn facts(&self, sources: usize, nearest: Option<usize>) -> Facts {
         let reached = || {
@@ -118,36 +122,26 @@ impl Answer {
                 .zip(&self.error)
                 .filter(|v| v.0.is_finite())
         };
-        let mut errors: Vec<f64> = reached().map(|(_, error)| *error).collect();
-        let most = errors.iter().copied().max_by(f64::total_cmp);
-        let middle = errors.len() / 2;
-        let median =
-            (most.is_some()).then(|| *errors.select_nth_unstable_by(middle, f64::total_cmp).1);
+        let [error_median, error_most] = median_and_most(reached().map(|(_, error)| *error));
         let count = |matches: fn(f64) -> bool| {
             self.distance
                 .iter()
                 .filter(|distance| matches(**distance))
                 .count()
         };
-        let largest_move = self.moved.as_ref().map(|moved| {
-            let known = moved.iter().copied().filter(|moved| !moved.is_nan());
-            known.fold(0.0, f64::max)
-        });
         Facts {
             surface: self.surface.clone(),
             points: self.distance.len(),
             sources,
             sources_moved: Vec::new(),
             farthest: reached().map(|(distance, _)| *distance).reduce(f64::max),
-            error_median: median,
-            error_most: most,
+            error_median,
+            error_most,
             nearest,
             unreached: count(f64::is_infinite),
             unusable: self.unusable,
             unknown: self.unknown(),
-            moved_most: largest_move,
-            isolines: None,
-            warnings: self.warnings.clone(),
+            moved_most: self.moved.as_deref().map(largest),
         }
     }
 }
@@ -178,36 +172,67 @@ pub struct Facts {
     /// The most that a point was moved onto the surface; `None` for points of the surface itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moved_most: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub isolines: Option<IsolineFacts>,
-    /// What speaks against the distances, in sentences.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
 }
 
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// What is told of isolines.
-#[derive(Serialize)]
-pub struct IsolineFacts {
-    pub lines: usize,
-    /// Of these.
-    pub closed: usize,
-    /// By how much the field at a vertex misses its line's level at most.
-    pub missed_most: f64,
-    /// The largest estimated error of the field at a vertex, which the true distance may miss the level by besides.
-    pub error_most: Option<f64>,
-}
-
-impl IsolineFacts {
-    pub fn of(lines: &[Line]) -> Self {
-        Self {
-            lines: lines.len(),
-            closed: lines.iter().filter(|line| line.closed).count(),
-            missed_most: lines.iter().map(|line| line.miss).fold(0.0, f64::max),
-            error_most: lines.iter().filter_map(|line| line.error).reduce(f64::max),
+impl Facts {
+    /// Notes what has no distance.
+    pub fn note(&self, progress: &Progress) {
+        let Facts {
+            surface,
+            points,
+            nearest,
+            unreached,
+            unusable,
+            unknown,
+            ..
+        } = self;
+        if *unreached > 0 {
+            let why = nearest.map_or(String::new(), |nearest| {
+                format!(", because only the {nearest} nearest were asked for")
+            });
+            progress.note(&format!(
+                "{surface}: {unreached} of {points} points are not reached{why}: their distance is inf"
+            ));
         }
+        if *unusable > 0 {
+            progress.note(&format!(
+                "{surface}: {unusable} of {points} points have no place on the surface: their distance is NaN"
+            ));
+        }
+        if *unknown > 0 {
+            progress.note(&format!(
+                "{surface}: it is unknown whether anything leads to {unknown} of {points} points, because the surface was not sampled all the way: their distance is NaN; name the part that you mean with --bounds"
+            ));
+        }
+    }
+
+    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        line(out, "surface", &self.surface)?;
+        line(out, "points", &self.points.to_string())?;
+        let moved = self.sources_moved.iter().copied().fold(0.0, f64::max);
+        let sources = match moved {
+            0.0 => self.sources.to_string(),
+            moved => format!(
+                "{} (moved onto the surface by at most {moved:.1e})",
+                self.sources
+            ),
+        };
+        line(out, "sources", &sources)?;
+        let farthest = self.farthest.map_or("none reached".to_owned(), significant);
+        line(out, "farthest", &farthest)?;
+        errors_line(out, [self.error_median, self.error_most])?;
+        if let Some(nearest) = self.nearest {
+            line(out, "nearest asked for", &nearest.to_string())?;
+        }
+        line(out, "not reached", &self.unreached.to_string())?;
+        moved_lines(out, self.moved_most, self.unusable)?;
+        if self.unknown > 0 {
+            line(out, "unknown", &self.unknown.to_string())?;
+        }
+        Ok(())
     }
 }

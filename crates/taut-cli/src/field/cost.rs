@@ -1,12 +1,87 @@
-//! What a way costs, from the files that say so.
+//! What a way costs: the flags that say it, and the files that they name.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use taut_core::field::Cost;
+use clap::Args;
+use taut_core::field::{Cost, Slope};
 use taut_io::{PointSet, ReadError, read_numbers};
 
 use crate::exit::Failure;
-use crate::settings::{CostSettings, Rates};
+use crate::outputs::Files;
+use crate::source::Source;
+use crate::values::slope;
+
+/// What ways cost, where that is not their length.
+#[derive(Debug, Args)]
+pub struct CostFlags {
+    /// The cost per length at each point: a number above 0, or inf where nothing passes. Give a
+    /// text file with one cost on each line, in the order of the points, or the name of a column of
+    /// SURFACE's own file, such as intensity (in ply, las and laz, and in csv, xyz and txt with
+    /// names in the first line). Distances are then costs
+    #[arg(long, value_name = "FILE|COLUMN")]
+    pub cost: Option<PathBuf>,
+    /// A polygon, seen along z, that nothing passes: a text file with x and y of a corner on each
+    /// line; repeat the flag for several polygons
+    #[arg(long, value_name = "FILE.txt")]
+    pub no_go: Vec<PathBuf>,
+    /// What slopes multiply the cost by, with z pointing up: hiking (Tobler's time of walking), or
+    /// UP,DOWN for 1 + UP times the grade uphill and 1 + DOWN times the grade downhill
+    #[arg(long, value_name = "LAW", value_parser = slope)]
+    pub slope: Option<Slope>,
+}
+
+impl CostFlags {
+    fn is_given(&self) -> bool {
+        self.cost.is_some() || !self.no_go.is_empty() || self.slope.is_some()
+    }
+
+    /// The file of costs, where none is in a column of the cloud's own file.
+    fn file(&self) -> Option<&Path> {
+        self.cost.as_deref().filter(|file| file.exists())
+    }
+
+    /// Has the column of costs read with the points of a cloud. Only a cloud has costs.
+    pub fn check(&self, source: &mut Source) -> Result<(), Failure> {
+        match source {
+            _ if !self.is_given() => Ok(()),
+            Source::Cloud(cloud) => {
+                let column = self.cost.as_ref().filter(|_| self.file().is_none());
+                cloud.options.column = column.map(|name| name.to_string_lossy().into_owned());
+                Ok(())
+            }
+            Source::Model(_) | Source::Equations(_) => {
+                let message = "--cost, --no-go and --slope: found a surface without points of its own, expected a cloud; leave them out";
+                Err(Failure::Usage(message.to_owned()))
+            }
+        }
+    }
+
+    /// Adds the files that are read.
+    pub fn files<'a>(&'a self, files: Files<'a>) -> Files<'a> {
+        let polygons = self.no_go.iter();
+        polygons.fold(files.reads("--cost", self.file()), |files, file| {
+            files.reads("--no-go", Some(file))
+        })
+    }
+
+    /// The cost at each row of a cloud; `None` where ways cost their length.
+    pub fn of_rows(&self, points: &PointSet) -> Result<Option<Cost>, Failure> {
+        if !self.is_given() {
+            return Ok(None);
+        }
+        let at_rows = match (self.file(), &points.column) {
+            (Some(file), _) => rates(file, points)?,
+            (None, Some(column)) => column.clone(),
+            (None, None) => Vec::new(),
+        };
+        let barriers = self.no_go.iter().map(|file| polygon(file));
+        Ok(Some(Cost {
+            at_rows,
+            slope: self.slope.unwrap_or_default(),
+            barriers: barriers.collect::<Result<_, _>>()?,
+        }))
+    }
+}
 
 /// Says what a name of a column could have meant where the cloud's file has none of that name.
 pub fn refusal(failure: Failure) -> Failure {
@@ -21,21 +96,6 @@ pub fn refusal(failure: Failure) -> Failure {
         )),
         other => other,
     }
-}
-
-/// The cost at each row of a cloud.
-pub fn of_rows(settings: &CostSettings, points: &PointSet) -> Result<Cost, Failure> {
-    let at_rows = match (&settings.rates, &points.column) {
-        (Rates::File(file), _) => rates(file, points)?,
-        (Rates::Column(_), Some(column)) => column.clone(),
-        _ => Vec::new(),
-    };
-    let barriers = settings.no_go.iter().map(|file| polygon(file));
-    Ok(Cost {
-        at_rows,
-        slope: settings.slope,
-        barriers: barriers.collect::<Result<_, _>>()?,
-    })
 }
 
 /// That a polygon changes nothing.

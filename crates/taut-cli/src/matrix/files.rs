@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use taut_io::WriteError;
 
 use crate::exit::Failure;
-use crate::settings::{MatrixSettings, PathsSettings};
+use crate::matrix::settings::{PathsSettings, Settings};
 
 /// A result and its unfinished part, files or folders.
 pub struct Output {
@@ -67,7 +67,7 @@ impl Output {
 }
 
 /// The journal beside a result.
-pub fn journal(settings: &MatrixSettings) -> PathBuf {
+pub fn journal(settings: &Settings) -> PathBuf {
     beside(&Output::new(&settings.output).whole, ".journal")
 }
 
@@ -79,7 +79,7 @@ pub fn beside(file: &Path, ending: &str) -> PathBuf {
 }
 
 /// All results of a run.
-pub fn outputs(settings: &MatrixSettings) -> Vec<Output> {
+pub fn outputs(settings: &Settings) -> Vec<Output> {
     let folder = settings.paths.as_ref().map(|paths| &paths.folder);
     let all = [Some(&settings.output), settings.errors.as_ref(), folder];
     all.into_iter()
@@ -89,7 +89,7 @@ pub fn outputs(settings: &MatrixSettings) -> Vec<Output> {
 }
 
 /// Refuses parts that no journal speaks of, and a folder with something in it.
-pub fn check_fresh(settings: &MatrixSettings) -> Result<(), Failure> {
+pub fn check_fresh(settings: &Settings) -> Result<(), Failure> {
     for Output { part, .. } in outputs(settings) {
         if part.exists() {
             let reason = "found this unfinished part without its journal, expected both or neither";
@@ -110,7 +110,7 @@ pub fn check_fresh(settings: &MatrixSettings) -> Result<(), Failure> {
 }
 
 /// Takes away what an unfinished run left.
-pub fn clear(settings: &MatrixSettings) -> Result<(), Failure> {
+pub fn clear(settings: &Settings) -> Result<(), Failure> {
     let journal = journal(settings);
     let parts = outputs(settings).into_iter().map(|output| output.part);
     for path in parts.chain([journal]) {

@@ -10,9 +10,9 @@ use taut_core::surface::Node;
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
-use crate::located::Located;
 use crate::matrix::plan::{Block, Plan};
 use crate::progress::Progress;
+use crate::ready::Ready;
 use crate::surface::Show;
 
 /// What is to be found.
@@ -37,33 +37,34 @@ const MEMORY: usize = 512 << 20;
 /// What a node of the graph takes of it.
 const NODE: usize = 8;
 
-/// Finds the paths of all blocks that are left, and hands over each block when it is done.
+/// Finds the paths between nodes for all blocks that are left, and hands over each block when it is
+/// done.
 pub fn fill<const D: usize, S: Show<D>>(
-    located: &Located<D, S>,
+    ready: &Ready<'_, D, S>,
+    nodes: &[Node<D, S::Place>],
     work: &Work<'_>,
     keep: Keep<'_>,
 ) -> Result<(), Failure> {
-    let nodes = located.nodes()?;
     let (rows, columns) = match work.plan.columns {
-        None => (&nodes[..], &nodes[..]),
+        None => (nodes, nodes),
         Some(_) => nodes.split_at(work.plan.rows),
     };
     match work.plan.radius {
-        None => all(located, [rows, columns], work, keep),
-        Some(radius) => near(located, [rows, columns], radius, work, keep),
+        None => all(ready, [rows, columns], work, keep),
+        Some(radius) => near(ready, [rows, columns], radius, work, keep),
     }
 }
 
 /// Every pair. Rows go in strips, as many as memory holds distances for; each strip meets all columns, so that
 /// a column's distances are found once a strip.
 fn all<const D: usize, S: Show<D>>(
-    located: &Located<D, S>,
+    ready: &Ready<'_, D, S>,
     [rows, columns]: [&[Node<D, S::Place>]; 2],
     work: &Work<'_>,
     keep: Keep<'_>,
 ) -> Result<(), Failure> {
     let Work { plan, progress, .. } = work;
-    let geodesics = &located.geodesics;
+    let geodesics = &ready.geodesics;
     let node_count: usize = geodesics.component_sizes().iter().sum();
     let strip_length = (MEMORY / (NODE * node_count)).max(1);
     let strip_of = |block: &Block| block.rows.start / strip_length;
@@ -89,7 +90,7 @@ fn all<const D: usize, S: Show<D>>(
                     FoundPath::nowhere()
                 } else {
                     let (from, to) = (down.of(pair[0]), across.of(pair[1]));
-                    located.found(&geodesics.path_between(from, to, &work.correction))
+                    ready.found(&geodesics.path_between(from, to, &work.correction))
                 };
                 progress.done(1);
                 Entry { pair, path }
@@ -137,14 +138,14 @@ impl<const D: usize, P: Copy + Send + Sync> Origins<D, P> {
 
 /// The pairs within a radius, and those whose length is unknown.
 fn near<const D: usize, S: Show<D>>(
-    located: &Located<D, S>,
+    ready: &Ready<'_, D, S>,
     [rows, columns]: [&[Node<D, S::Place>]; 2],
     radius: f64,
     work: &Work<'_>,
     keep: Keep<'_>,
 ) -> Result<(), Failure> {
     let Work { plan, progress, .. } = work;
-    let geodesics = &located.geodesics;
+    let geodesics = &ready.geodesics;
     progress.count_to(work.blocks.iter().map(|block| block.rows.len()).sum());
     for block in &work.blocks {
         let beside = |row: usize| -> Vec<[usize; 2]> {
@@ -165,7 +166,7 @@ fn near<const D: usize, S: Show<D>>(
             let wanted = path.length <= radius || path.length.is_nan();
             wanted.then(|| Entry {
                 pair,
-                path: located.found(&path),
+                path: ready.found(&path),
             })
         };
         let entries = parallel::map(pairs.len(), find);

@@ -8,13 +8,14 @@ use taut::equations::Implicit;
 use taut_io::ReadError;
 
 use crate::exit::Failure;
-use crate::settings::{CloudSettings, MatrixSettings, Source};
+use crate::matrix::settings::Settings;
+use crate::source::{CloudSettings, Source};
 
 /// Values by the flags that they were given with.
 pub type Identity = BTreeMap<String, String>;
 
 /// What the table depends on.
-pub fn of(settings: &MatrixSettings) -> Result<Identity, Failure> {
+pub fn of(settings: &Settings) -> Result<Identity, Failure> {
     let mut identity = Identity::new();
     let mut add = |name: &str, value: String| identity.insert(name.to_owned(), value);
     add("taut", env!("CARGO_PKG_VERSION").to_owned());

@@ -1,11 +1,12 @@
 //! `taut matrix`: the distances of all pairs, in a table that is filled block by block.
 
 mod files;
-pub mod fill;
+mod fill;
 mod identity;
 mod journal;
 mod paths;
-pub mod plan;
+mod plan;
+mod settings;
 mod sparse;
 mod store;
 mod tally;
@@ -20,13 +21,16 @@ use crate::exit::{Exit, Failure};
 use crate::numbers::exponential;
 use crate::output::{line, tell};
 use crate::outputs::Files;
+use crate::pairs::Ends;
 use crate::progress::Progress;
-use crate::ready;
-use crate::settings::{MatrixSettings, Source};
+use crate::ready::{self, Question, Ready};
 use crate::sites::ends_of_file;
-use fill::Work;
+use crate::surface::Show;
+use fill::{Keep, Work};
 use journal::{Done, Journal};
 use plan::{Block, Plan};
+use settings::Settings;
+pub use settings::{EXAMPLES, Flags};
 use store::Store;
 use tally::Tally;
 
@@ -42,7 +46,8 @@ struct Facts {
 }
 
 /// Fills the table and writes what was asked for.
-pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failure> {
+pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
+    let settings = &Settings::try_from(flags)?;
     check_files(settings)?;
     progress.step("reading the sources");
     let mut ends = ends_of_file(&settings.sources)?;
@@ -68,7 +73,7 @@ pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failu
         .fold(Tally::default(), |sum, done| sum.and(done.tally));
     let [rows, columns] = plan.shape();
     let facts = Facts {
-        surface: name_of(&settings.source),
+        surface: settings.source.name(),
         matrix: settings.output.display().to_string(),
         rows,
         columns,
@@ -79,7 +84,7 @@ pub fn run(settings: &MatrixSettings, progress: &Progress) -> Result<Exit, Failu
 }
 
 /// The files that are read and written.
-fn check_files(settings: &MatrixSettings) -> Result<(), Failure> {
+fn check_files(settings: &Settings) -> Result<(), Failure> {
     let folder = settings.paths.as_ref().map(|paths| paths.folder.as_path());
     let outputs = files::outputs(settings);
     let journal = files::journal(settings);
@@ -103,7 +108,7 @@ fn check_files(settings: &MatrixSettings) -> Result<(), Failure> {
 
 /// Does what is left of the table, and puts it in its place; answers all blocks.
 fn fill(
-    settings: &MatrixSettings,
+    settings: &Settings,
     plan: &Plan,
     ends: Vec<End>,
     progress: &Progress,
@@ -129,26 +134,20 @@ fn fill(
     let is_done = go_on(settings, plan, &blocks, &mut journal, progress)?;
     blocks.retain(|block| !is_done[block.index]);
     if !blocks.is_empty() {
-        let prepared = ready::prepare(&settings.source, ends, progress)?;
-        prepared.check_ends()?;
-        if !journal.done.is_empty() {
-            let found = count - blocks.len();
-            progress.note(&format!("{found} of {count} blocks were done before"));
-        }
-        let mut store = Store::open(settings, plan, prepared.dimension(), &journal.done)?;
-        progress.step("pairs");
-        let work = Work {
-            plan,
-            blocks,
-            correction: settings.correction,
-            progress,
+        let filling = Filling {
+            settings,
+            ends,
+            count,
+            work: Work {
+                plan,
+                blocks,
+                correction: settings.correction,
+                progress,
+            },
+            journal: &mut journal,
+            unfinished: &mut unfinished,
         };
-        prepared.fill(&work, &mut |block, entries| {
-            let done = store.write(block, &entries)?;
-            journal.add(done)?;
-            unfinished.drain(..).for_each(Unfinished::keep);
-            Ok(())
-        })?;
+        ready::visit_for_paths(&settings.source, filling, progress)?;
     }
     unfinished.drain(..).for_each(Unfinished::keep);
     store::complete(settings, plan, &journal.done)?;
@@ -157,9 +156,63 @@ fn fill(
     Ok(done)
 }
 
+/// The blocks that are left of a table, and what is told when one is done.
+struct Filling<'a> {
+    settings: &'a Settings,
+    ends: Vec<End>,
+    /// Number of all blocks.
+    count: usize,
+    work: Work<'a>,
+    journal: &'a mut Journal,
+    unfinished: &'a mut Vec<Unfinished>,
+}
+
+impl Question for Filling<'_> {
+    type Answer = ();
+
+    fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
+        Ok(self.ends.clone())
+    }
+
+    fn answer<const D: usize, S: Show<D>>(
+        self,
+        ready: &Ready<'_, D, S>,
+        _: &Progress,
+    ) -> Result<(), Failure> {
+        let nodes = Ends::new(ready, &self.ends).nodes()?;
+        self.fill(ready.dimension, &|work, keep| {
+            fill::fill(ready, &nodes, work, keep)
+        })
+    }
+}
+
+impl Filling<'_> {
+    /// Writes blocks as `find` hands them over; points have `dimension` coordinates.
+    fn fill(
+        self,
+        dimension: usize,
+        find: &dyn Fn(&Work<'_>, Keep<'_>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let Self { work, journal, .. } = self;
+        if !journal.done.is_empty() {
+            let found = self.count - work.blocks.len();
+            let note = format!("{found} of {} blocks were done before", self.count);
+            work.progress.note(&note);
+        }
+        let mut store = Store::open(self.settings, work.plan, dimension, &journal.done)?;
+        work.progress.step("pairs");
+        find(&work, &mut |block, entries| {
+            let done = store.write(block, &entries)?;
+            journal.add(done)?;
+            self.unfinished.drain(..).for_each(Unfinished::keep);
+            Ok(())
+        })
+    }
+}
+
 /// Which blocks an earlier run has done, and are still as it left them.
 fn go_on(
-    settings: &MatrixSettings,
+    settings: &Settings,
     plan: &Plan,
     blocks: &[Block],
     journal: &mut Journal,
@@ -200,14 +253,6 @@ fn go_on(
         ));
     }
     Ok(is_done)
-}
-
-fn name_of(source: &Source) -> String {
-    match source {
-        Source::Cloud(cloud) => cloud.file.display().to_string(),
-        Source::Model(file) => file.display().to_string(),
-        Source::Equations(settings) => settings.law.to_string(),
-    }
 }
 
 fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {

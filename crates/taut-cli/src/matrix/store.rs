@@ -13,9 +13,9 @@ use crate::matrix::fill::Entry;
 use crate::matrix::journal::{Done, Sums};
 use crate::matrix::paths::PathFiles;
 use crate::matrix::plan::{Block, Plan};
+use crate::matrix::settings::Settings;
 use crate::matrix::sparse::{self, Triplets};
 use crate::matrix::tally::{self, Tally};
-use crate::settings::MatrixSettings;
 
 /// The unfinished results of a run.
 pub struct Store<'a> {
@@ -44,7 +44,7 @@ impl<'a> Store<'a> {
     /// Opens the parts of a run of which some blocks may be done; `dimension` is the number of coordinates of a
     /// point.
     pub fn open(
-        settings: &MatrixSettings,
+        settings: &Settings,
         plan: &'a Plan,
         dimension: usize,
         done: &[Done],
@@ -215,7 +215,7 @@ fn areas(plan: &Plan, block: &Block) -> Vec<Area> {
 
 /// The blocks of an earlier run whose values are not what it wrote.
 pub fn changed(
-    settings: &MatrixSettings,
+    settings: &Settings,
     plan: &Plan,
     blocks: &[Block],
     done: &[Done],
@@ -268,7 +268,7 @@ pub fn changed(
 }
 
 /// Puts the complete results in their places.
-pub fn complete(settings: &MatrixSettings, plan: &Plan, done: &[Done]) -> Result<(), Failure> {
+pub fn complete(settings: &Settings, plan: &Plan, done: &[Done]) -> Result<(), Failure> {
     let output = Output::new(&settings.output);
     let errors = settings.errors.as_deref().map(Output::new);
     if plan.radius.is_some() {

@@ -1,11 +1,14 @@
-//! Named surfaces with closed-form equations, for examples, tests and teaching.
+//! Named surfaces with closed-form equations, for examples, tests and teaching. Whatever is known
+//! of a single shape stands in this file.
 
-mod equations;
+mod jet;
+mod text;
 
-use std::f64::consts::{FRAC_PI_2, PI};
-use std::fmt;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use thiserror::Error;
+use crate::{Matrix, Vector};
+use jet::{Jet, Polar, unit};
+pub use text::ShapeError;
 
 /// A named surface. Lengths are in any one unit, angles in radians.
 ///
@@ -86,127 +89,93 @@ pub enum Shape {
     },
 }
 
-/// The name, the parameters and a description of every shape that [`Shape::parse`] knows.
-pub const KNOWN: [(&str, &str, &str); 9] = [
-    (
-        "sphere",
-        "RADIUS[,DIMENSION]",
-        "sphere in R^DIMENSION (3 if left out)",
-    ),
-    (
-        "torus",
-        "MAJOR,MINOR",
-        "tube of radius MINOR about a circle of radius MAJOR > MINOR",
-    ),
-    ("ellipsoid", "A,B[,C...]", "semi-axes, one a dimension"),
-    ("cylinder", "RADIUS", "round the z axis"),
-    (
-        "cone",
-        "HALF_ANGLE",
-        "round the z axis, angle in radians below pi/2",
-    ),
-    ("plane", "", "z = 0"),
-    (
-        "flat-torus",
-        "R1,R2",
-        "product of two circles in R^4 (Clifford's for R1 = R2)",
-    ),
-    (
-        "rotations",
-        "",
-        "SO(3), row-major 3 x 3 matrices as points of R^9",
-    ),
-    (
-        "roll",
-        "INNER_RADIUS,GAP,TURNS",
-        "sheet rolled up along a spiral",
-    ),
+/// How a shape is written.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Its name.
+    pub name: &'static str,
+    /// The names of its parameters, with commas between them.
+    pub parameters: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Texts that [`Shape::parse`] reads.
+    pub examples: &'static [&'static str],
+}
+
+/// Every shape that [`Shape::parse`] knows.
+pub const KNOWN: &[Known] = &[
+    Known {
+        name: "sphere",
+        parameters: "RADIUS[,DIMENSION]",
+        description: "sphere in R^DIMENSION (3 if left out)",
+        examples: &["sphere:1.3", "sphere:0.7,5"],
+    },
+    Known {
+        name: "torus",
+        parameters: "MAJOR,MINOR",
+        description: "tube of radius MINOR about a circle of radius MAJOR > MINOR",
+        examples: &["torus:1,0.4"],
+    },
+    Known {
+        name: "ellipsoid",
+        parameters: "A,B[,C...]",
+        description: "semi-axes, one a dimension",
+        examples: &["ellipsoid:3,2,1", "ellipsoid:3,2,1,0.5,4"],
+    },
+    Known {
+        name: "cylinder",
+        parameters: "RADIUS",
+        description: "round the z axis",
+        examples: &["cylinder:0.8"],
+    },
+    Known {
+        name: "cone",
+        parameters: "HALF_ANGLE",
+        description: "round the z axis, angle in radians below pi/2",
+        examples: &["cone:0.4"],
+    },
+    Known {
+        name: "plane",
+        parameters: "",
+        description: "z = 0",
+        examples: &["plane"],
+    },
+    Known {
+        name: "flat-torus",
+        parameters: "R1,R2",
+        description: "product of two circles in R^4 (Clifford's for R1 = R2)",
+        examples: &["flat-torus:1,0.6"],
+    },
+    Known {
+        name: "rotations",
+        parameters: "",
+        description: "SO(3), row-major 3 x 3 matrices as points of R^9",
+        examples: &["rotations"],
+    },
+    Known {
+        name: "roll",
+        parameters: "INNER_RADIUS,GAP,TURNS",
+        description: "sheet rolled up along a spiral",
+        examples: &["roll:0.3,0.065,7"],
+    },
 ];
 
 /// The largest dimension of a sphere or ellipsoid.
 pub const MOST_DIMENSIONS: usize = 16;
 
-/// Why a text names no shape.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum ShapeError {
-    /// There is no shape of this name.
-    #[error("no shape is called `{name}`; write one of {}", known())]
-    Unknown {
-        /// The name given.
-        name: String,
-    },
-    /// A parameter is not a number.
-    #[error("parameter {position} of `{usage}` is `{found}`, expected a number like 0.4")]
-    NotANumber {
-        /// How the shape is written.
-        usage: String,
-        /// The position of the parameter, counted from 1.
-        position: usize,
-        /// The text of the parameter.
-        found: String,
-    },
-    /// There are too many or too few parameters.
-    #[error("`{usage}` was given {found} parameters")]
-    WrongCount {
-        /// How the shape is written.
-        usage: String,
-        /// The number of parameters given.
-        found: usize,
-    },
-    /// A parameter is outside its range.
-    #[error("parameter {position} of `{usage}` is {found}, expected {expected}")]
-    OutOfRange {
-        /// How the shape is written.
-        usage: String,
-        /// The position of the parameter, counted from 1.
-        position: usize,
-        /// The value of the parameter.
-        found: f64,
-        /// The values allowed.
-        expected: &'static str,
-    },
-}
-
-fn known() -> String {
-    KNOWN
-        .map(|(name, parameters, _)| usage(name, parameters))
-        .join(", ")
-}
-
-fn usage(name: &str, parameters: &str) -> String {
-    match parameters {
-        "" => name.to_owned(),
-        _ => format!("{name}:{parameters}"),
-    }
-}
-
-const POSITIVE: &str = "a finite number above 0";
-
 impl Shape {
-    /// The shape that is written as a name and its parameters, such as `torus:1,0.4`; [`KNOWN`]
-    /// lists them.
-    ///
-    /// # Errors
-    /// [`ShapeError`] for unknown names, parameters that are not numbers, too many or too few of
-    /// them, or parameters out of range.
-    pub fn parse(text: &str) -> Result<Self, ShapeError> {
-        let (name, list) = text.split_once(':').unwrap_or((text, ""));
-        let name = name.trim();
-        let Some((_, parameters, _)) = KNOWN.iter().find(|known| known.0 == name) else {
-            return Err(ShapeError::Unknown {
-                name: name.to_owned(),
-            });
-        };
-        let usage = usage(name, parameters);
-        let values = numbers(list, &usage)?;
-        let shape = match (name, &values[..]) {
+    /// The shape of a known name with parameters above 0; `None` where there are too many or too
+    /// few of them.
+    fn with_parameters(name: &str, parameters: &[f64]) -> Option<Self> {
+        Some(match (name, parameters) {
             ("sphere", &[radius]) => Self::Sphere {
                 radius,
                 dimension: 3,
             },
+            // A dimension that is no whole number is refused below.
             ("sphere", &[radius, dimension]) => Self::Sphere {
                 radius,
-                dimension: whole(dimension, &usage)?,
+                dimension: dimension as usize,
             },
             ("torus", &[major, minor]) => Self::Torus { major, minor },
             ("ellipsoid", axes) if (2..=MOST_DIMENSIONS).contains(&axes.len()) => Self::Ellipsoid {
@@ -224,75 +193,78 @@ impl Shape {
                 gap,
                 turns,
             },
-            _ => {
-                return Err(ShapeError::WrongCount {
-                    usage,
-                    found: values.len(),
-                });
-            }
-        };
-        let outside = |i: usize, expected| {
-            Err(ShapeError::OutOfRange {
-                usage,
-                position: i + 1,
-                found: values[i],
-                expected,
-            })
-        };
-        if let Some(i) = values.iter().position(|v| !(*v > 0.0 && v.is_finite())) {
-            return outside(i, POSITIVE);
-        }
-        match shape {
-            Self::Torus { major, minor } if minor >= major => {
-                outside(1, "less than the first parameter")
-            }
-            Self::Cone { half_angle } if half_angle >= FRAC_PI_2 => outside(0, "less than pi/2"),
-            shape => Ok(shape),
-        }
+            _ => return None,
+        })
     }
 
-    /// The dimension d of the space that the shape lives in.
-    #[must_use]
-    pub fn dimension(&self) -> usize {
+    /// The position of a parameter above 0 that is too large all the same, from 0, and what is
+    /// expected of it.
+    fn unfit(&self, parameters: &[f64]) -> Option<(usize, &'static str)> {
         match self {
-            Self::Sphere { dimension, .. } => *dimension,
-            Self::Ellipsoid { semi_axes } => semi_axes.len(),
-            Self::FlatTorus { .. } => 4,
-            Self::Rotations => 9,
-            _ => 3,
+            Self::Sphere { .. } => {
+                let dimension = parameters.get(1)?;
+                let most = MOST_DIMENSIONS as f64;
+                let fits = dimension.fract() == 0.0 && (2.0..=most).contains(dimension);
+                (!fits).then_some((1, "a whole number from 2 to 16"))
+            }
+            Self::Torus { major, minor } => {
+                (minor >= major).then_some((1, "less than the first parameter"))
+            }
+            Self::Cone { half_angle } => {
+                (*half_angle >= FRAC_PI_2).then_some((0, "less than pi/2"))
+            }
+            _ => None,
         }
     }
 
-    /// The dimension k of the surface itself.
-    #[must_use]
-    pub fn intrinsic_dimension(&self) -> usize {
-        self.dimension() - self.codimension()
-    }
-
-    fn codimension(&self) -> usize {
+    /// The name and the parameters that the shape is written with.
+    fn parts(&self) -> (&'static str, Vec<f64>) {
         match self {
-            Self::FlatTorus { .. } => 2,
-            Self::Rotations => 6,
-            _ => 1,
+            Self::Sphere {
+                radius,
+                dimension: 3,
+            } => ("sphere", vec![*radius]),
+            Self::Sphere { radius, dimension } => ("sphere", vec![*radius, *dimension as f64]),
+            Self::Torus { major, minor } => ("torus", vec![*major, *minor]),
+            Self::Ellipsoid { semi_axes } => ("ellipsoid", semi_axes.clone()),
+            Self::Cylinder { radius } => ("cylinder", vec![*radius]),
+            Self::Cone { half_angle } => ("cone", vec![*half_angle]),
+            Self::Plane => ("plane", Vec::new()),
+            Self::FlatTorus { radii } => ("flat-torus", radii.to_vec()),
+            Self::Rotations => ("rotations", Vec::new()),
+            Self::Roll {
+                inner_radius,
+                gap,
+                turns,
+            } => ("roll", vec![*inner_radius, *gap, *turns]),
         }
     }
 
-    /// A length of the order of the shape's extent: half the longest side of its region.
-    #[must_use]
-    pub fn size(&self) -> f64 {
-        let (low, high) = self.region();
-        let sides = low.iter().zip(&high).map(|(low, high)| high - low);
-        0.5 * sides.fold(0.0, f64::max)
+    /// The dimension of the space, and the number of equations.
+    fn dimensions(&self) -> [usize; 2] {
+        match self {
+            Self::Sphere { dimension, .. } => [*dimension, 1],
+            Self::Ellipsoid { semi_axes } => [semi_axes.len(), 1],
+            Self::FlatTorus { .. } => [4, 2],
+            Self::Rotations => [9, 6],
+            Self::Torus { .. }
+            | Self::Cylinder { .. }
+            | Self::Cone { .. }
+            | Self::Plane
+            | Self::Roll { .. } => [3, 1],
+        }
     }
 
-    /// The corners of the smallest box about the shape; `None` for a shape without end.
-    #[must_use]
-    pub fn bounds(&self) -> Option<(Vec<f64>, Vec<f64>)> {
-        let endless = matches!(
-            self,
-            Self::Cylinder { .. } | Self::Cone { .. } | Self::Plane | Self::Roll { .. }
-        );
-        (!endless).then(|| self.region())
+    /// Whether the shape goes on without end.
+    fn is_endless(&self) -> bool {
+        match self {
+            Self::Cylinder { .. } | Self::Cone { .. } | Self::Plane | Self::Roll { .. } => true,
+            Self::Sphere { .. }
+            | Self::Torus { .. }
+            | Self::Ellipsoid { .. }
+            | Self::FlatTorus { .. }
+            | Self::Rotations => false,
+        }
     }
 
     /// The corners of a box that shows the shape: its bounds, or a piece of a shape without end (a
@@ -348,102 +320,95 @@ impl Shape {
         }
         vec![seed]
     }
-}
 
-fn numbers(list: &str, usage: &str) -> Result<Vec<f64>, ShapeError> {
-    if list.trim().is_empty() {
-        return Ok(Vec::new());
-    }
-    let number = |(i, text): (usize, &str)| {
-        text.trim().parse().map_err(|_| ShapeError::NotANumber {
-            usage: usage.to_owned(),
-            position: i + 1,
-            found: text.trim().to_owned(),
-        })
-    };
-    list.split(',').enumerate().map(number).collect()
-}
-
-fn whole(value: f64, usage: &str) -> Result<usize, ShapeError> {
-    if value.fract() == 0.0 && (2.0..=MOST_DIMENSIONS as f64).contains(&value) {
-        Ok(value as usize)
-    } else {
-        Err(ShapeError::OutOfRange {
-            usage: usage.to_owned(),
-            position: 2,
-            found: value,
-            expected: "a whole number from 2 to 16",
-        })
-    }
-}
-
-impl fmt::Display for Shape {
-    /// Writes the shape as [`Shape::parse`] reads it.
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// The equations with their derivatives at a point, without those of surplus coordinates.
+    fn evaluate<const D: usize>(&self, x: &Vector<D>, jet: &mut Jet<'_, D>) {
         match self {
-            Self::Sphere {
-                radius,
-                dimension: 3,
-            } => write!(formatter, "sphere:{radius}"),
-            Self::Sphere { radius, dimension } => write!(formatter, "sphere:{radius},{dimension}"),
-            Self::Torus { major, minor } => write!(formatter, "torus:{major},{minor}"),
-            Self::Ellipsoid { semi_axes } => {
-                let axes: Vec<String> = semi_axes.iter().map(f64::to_string).collect();
-                write!(formatter, "ellipsoid:{}", axes.join(","))
+            Self::Sphere { radius, dimension } => {
+                let weight = 1.0 / radius;
+                jet.quadric(0, x, 0..*dimension, |_| weight, *radius);
             }
-            Self::Cylinder { radius } => write!(formatter, "cylinder:{radius}"),
-            Self::Cone { half_angle } => write!(formatter, "cone:{half_angle}"),
-            Self::Plane => formatter.write_str("plane"),
-            Self::FlatTorus { radii: [a, b] } => write!(formatter, "flat-torus:{a},{b}"),
-            Self::Rotations => formatter.write_str("rotations"),
+            Self::Torus { major, minor } => torus(x, *major, *minor, jet),
+            Self::Ellipsoid { semi_axes } => {
+                let weight = |i: usize| 1.0 / (semi_axes[i] * semi_axes[i]);
+                jet.quadric(0, x, 0..semi_axes.len(), weight, 1.0);
+            }
+            Self::Cylinder { radius } => jet.quadric(0, x, 0..2, |_| 1.0 / radius, *radius),
+            Self::Cone { half_angle } => {
+                let (sin, cos) = half_angle.sin_cos();
+                let at = Polar::of(x);
+                let mut gradient = at.radial * cos;
+                gradient[2] = -sin;
+                jet.set(0, at.radius * cos - x[2] * sin, gradient, || {
+                    at.around * at.around.transpose() * (cos / at.radius)
+                });
+            }
+            Self::Plane => jet.set(0, x[2], unit(2), Matrix::zeros),
+            Self::FlatTorus { radii: [a, b] } => {
+                jet.quadric(0, x, 0..2, |_| 1.0 / a, *a);
+                jet.quadric(1, x, 2..4, |_| 1.0 / b, *b);
+            }
+            Self::Rotations => rotations(x, jet),
             Self::Roll {
-                inner_radius,
-                gap,
-                turns,
-            } => write!(formatter, "roll:{inner_radius},{gap},{turns}"),
+                inner_radius, gap, ..
+            } => roll(x, *inner_radius, *gap, jet),
         }
     }
+}
+
+fn torus<const D: usize>(x: &Vector<D>, major: f64, minor: f64, jet: &mut Jet<'_, D>) {
+    let at = Polar::of(x);
+    let off = at.radius - major;
+    let value = 0.5 * (off * off + x[2] * x[2] - minor * minor) / minor;
+    let mut gradient = at.radial * (off / minor);
+    gradient[2] = x[2] / minor;
+    jet.set(0, value, gradient, || {
+        let across = at.radial * at.radial.transpose();
+        let along = at.around * at.around.transpose();
+        let mut hessian = (across + along * (off / at.radius)) / minor;
+        hessian[(2, 2)] = 1.0 / minor;
+        hessian
+    });
+}
+
+fn rotations<const D: usize>(x: &Vector<D>, jet: &mut Jet<'_, D>) {
+    let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+    for (equation, (i, j)) in pairs.into_iter().enumerate() {
+        // A column that meets itself counts by half of its square, so that every gradient has about
+        // unit length.
+        let share = if i == j { 0.5 } else { 1.0 };
+        let mut value = if i == j { -0.5 } else { 0.0 };
+        let mut gradient = Vector::zeros();
+        for row in (0..9).step_by(3) {
+            value += share * x[row + i] * x[row + j];
+            gradient[row + i] += share * x[row + j];
+            gradient[row + j] += share * x[row + i];
+        }
+        jet.set(equation, value, gradient, || {
+            let mut hessian = Matrix::zeros();
+            for row in (0..9).step_by(3) {
+                hessian[(row + i, row + j)] += share;
+                hessian[(row + j, row + i)] += share;
+            }
+            hessian
+        });
+    }
+}
+
+fn roll<const D: usize>(x: &Vector<D>, inner_radius: f64, gap: f64, jet: &mut Jet<'_, D>) {
+    let at = Polar::of(x);
+    let angle = x[1].atan2(x[0]);
+    let growth = gap / TAU;
+    let turn = ((at.radius - inner_radius) / gap - angle / TAU).round();
+    let value = at.radius - (inner_radius + growth * angle + gap * turn);
+    let gradient = at.radial - at.around * (growth / at.radius);
+    jet.set(0, value, gradient, || {
+        let squared = at.radius * at.radius;
+        let mixed = at.radial * at.around.transpose();
+        at.around * at.around.transpose() / at.radius
+            + (mixed + mixed.transpose()) * (growth / squared)
+    });
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    pub const EXAMPLES: [&str; 11] = [
-        "sphere:1.3",
-        "sphere:0.7,5",
-        "torus:1,0.4",
-        "ellipsoid:3,2,1",
-        "ellipsoid:3,2,1,0.5,4",
-        "cylinder:0.8",
-        "cone:0.4",
-        "plane",
-        "flat-torus:1,0.6",
-        "rotations",
-        "roll:0.3,0.065,7",
-    ];
-
-    #[test]
-    fn texts_read_and_written_back() {
-        for text in EXAMPLES {
-            assert_eq!(Shape::parse(text).expect("known").to_string(), text);
-        }
-        assert_eq!(Shape::parse(" torus: 1 , .4 "), Shape::parse("torus:1,0.4"));
-        for (text, message) in [
-            ("klein", "roll:INNER_RADIUS,GAP,TURNS"),
-            ("torus:1", "given 1 parameters"),
-            ("torus:1,x", "parameter 2 of `torus:MAJOR,MINOR` is `x`"),
-            ("torus:1,1", "less than the first"),
-            ("sphere:-1", POSITIVE),
-            ("sphere:inf", POSITIVE),
-            ("sphere:1,1e9", "2 to 16"),
-            ("sphere:1,2.5", "2 to 16"),
-            ("cone:1.6", "less than pi/2"),
-            ("plane:1", "given 1 parameters"),
-            ("ellipsoid:1", "given 1 parameters"),
-        ] {
-            let error = Shape::parse(text).expect_err(text).to_string();
-            assert!(error.contains(message), "{text}: {error}");
-        }
-    }
-}
+mod tests;

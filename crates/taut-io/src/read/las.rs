@@ -15,7 +15,7 @@ use std::io::{Read, Seek};
 use las::{PointData, PointDataBuilder};
 
 use crate::error::Fault;
-use crate::point_set::{PointSet, ReadOptions};
+use crate::point_set::PointSet;
 use dimension::Dimension;
 pub(crate) use dimension::{DESCRIPTOR, descriptors_size, names};
 use raw::{EXPORT_REMEDY, RawHeader};
@@ -37,14 +37,18 @@ pub(crate) fn header(
     Ok((raw, header))
 }
 
-pub(super) fn read<R>(mut source: R, length: u64, options: &ReadOptions) -> Result<PointSet, Fault>
+pub(super) fn read<R>(
+    mut source: R,
+    length: u64,
+    classes: &[u8],
+    column: Option<&str>,
+) -> Result<PointSet, Fault>
 where
     R: Read + Seek + Send + Sync + 'static,
 {
     let (raw, header) = header(&mut source, length)?;
-    let column = options.column.as_deref();
     let column = column.map(|name| Dimension::of_name(&header, name));
-    let selection = Selection::new(&options.classes, column.transpose()?);
+    let selection = Selection::new(classes, column.transpose()?);
     let is_compressed = raw.is_compressed;
     let select = || select(source, length, &raw, &header, selection);
     if is_compressed {

@@ -14,7 +14,7 @@ use laz::LasZipCompressor;
 
 use super::{Column, atomic};
 use crate::error::{Fault, WriteError};
-use crate::format::Format;
+use crate::read::Format;
 use crate::read::las::BLOCK;
 use crate::read::las::records::{Fields, Records, with_deep_stack};
 use head::{Head, put};

@@ -23,8 +23,8 @@ use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::error::WriteError;
-use crate::format::{Format, extension_in_words};
+use crate::error::{WriteError, extension_in_words};
+use crate::read::Format;
 
 const ANY_DIMENSION: &str = "write .csv, .json or .npy";
 
