@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 /// Number of parts of a loop for each thread; there are many, because some take longer than others.
-const LOOP_PARTS: usize = 32;
+const PARTS: usize = 32;
 
 /// The values of a function at 0 to `count - 1`.
 pub fn map<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
@@ -22,7 +22,7 @@ pub fn map_with<S, T: Send>(
     scratch: impl Fn() -> S + Sync,
     value: impl Fn(&mut S, usize) -> T + Sync,
 ) -> Vec<T> {
-    let parts = count.min(LOOP_PARTS * rayon::current_num_threads());
+    let parts = count.min(PARTS * rayon::current_num_threads());
     let found: Vec<Mutex<Vec<T>>> = (0..parts).map(|_| Mutex::default()).collect();
     for_each(parts, &|part| {
         let mut scratch = scratch();
