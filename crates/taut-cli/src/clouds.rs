@@ -5,7 +5,6 @@ use taut_core::cloud::Cloud;
 use taut_core::geodesics::Geodesics;
 use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
-use taut_core::surface::mls::MovingLeastSquares;
 use taut_io::PointSet;
 
 use crate::exit::Failure;
@@ -13,7 +12,7 @@ use crate::located::Located;
 use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::settings::{CloudSettings, Model};
-use crate::surface::{Samples, Show, with_size};
+use crate::surface::{Samples, with_size};
 use crate::values::Reconstruction;
 
 /// Reads a file, puts a surface through its points and locates the ends on it.
@@ -123,7 +122,7 @@ pub fn of_atlas<const D: usize>(
 ) -> Result<Box<dyn Prepared>, Failure> {
     let atlas = atlas::<D>(name, points, model, progress)?;
     note_changes(name, &atlas, progress);
-    let geodesics = Geodesics::of_atlas(atlas);
+    let geodesics = Geodesics::of_atlas(atlas).into_kind();
     let rows_kept = points.rows_kept.as_deref();
     let located = Located::new(geodesics, points.dimension, ends, rows_kept);
     Ok(Box::new(located))
@@ -141,7 +140,7 @@ fn of_mls(
     let geodesics = Geodesics::of_mls(atlas, None)
         .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
     let rows_kept = points.rows_kept.as_deref();
-    let located = Located::new(geodesics, points.dimension, ends, rows_kept);
+    let located = Located::new(geodesics.into_kind(), points.dimension, ends, rows_kept);
     Ok(Box::new(located))
 }
 
@@ -175,22 +174,6 @@ pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Pro
     }
 }
 
-impl<const D: usize> Show<D> for Atlas<D> {
-    fn samples(&self) -> Samples<D> {
-        if self.has_points() {
-            Samples::of_cloud(self.cloud())
-        } else {
-            Samples::of_charts(self)
-        }
-    }
-}
-
-impl<const D: usize> Show<D> for MovingLeastSquares<D> {
-    fn samples(&self) -> Samples<D> {
-        Samples::of_cloud(self.atlas().cloud())
-    }
-}
-
 /// The part of a chart's support that is its own.
 const OWN: f64 = 0.6;
 
@@ -203,7 +186,8 @@ impl<const D: usize> Samples<D> {
         Self::about(atlas, &centres)
     }
 
-    fn of_cloud(cloud: &Cloud<D>) -> Self {
+    /// The points of a cloud.
+    pub fn of_cloud(cloud: &Cloud<D>) -> Self {
         Self {
             points: cloud.points.clone(),
             discs: None,

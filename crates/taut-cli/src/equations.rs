@@ -1,6 +1,7 @@
 //! Surfaces F(x) = 0 made ready: written equations and named shapes.
 
 use taut::equations::{Implicit, System};
+use taut::kind::Kind;
 use taut::size::{coordinates, padded};
 use taut::{End, Error};
 use taut_core::geodesics::Geodesics;
@@ -13,7 +14,7 @@ use crate::facts::Facts;
 use crate::located::Located;
 use crate::prepared::Prepared;
 use crate::progress::Progress;
-use crate::surface::{Samples, Show, corners, with_size};
+use crate::surface::{Samples, corners, with_size};
 
 /// Makes the surface ready and locates the ends on it.
 pub fn prepare(
@@ -39,10 +40,10 @@ pub fn geodesics<'a, const D: usize>(
     law: &Implicit,
     ends: impl IntoIterator<Item = &'a End>,
     progress: &Progress,
-) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
+) -> Result<Geodesics<D, Kind<D>>, Failure> {
     let ends = points_of(ends, law.dimension)?;
     let seeds: Vec<Vector<D>> = ends.iter().map(|point| padded(point)).collect();
-    sampled(law, &ends, &seeds, progress)
+    Ok(sampled(law, &ends, &seeds, progress)?.into_kind())
 }
 
 /// What is known of the surface without a query.
@@ -141,9 +142,10 @@ pub fn points_of<'a>(
     ends.into_iter().map(point).collect()
 }
 
-impl<const D: usize> Show<D> for Sampled<D, System> {
-    fn samples(&self) -> Samples<D> {
-        let points = Sampled::samples(self);
+impl<const D: usize> Samples<D> {
+    /// Points of a surface about its samples.
+    pub fn of_equations(sampled: &Sampled<D, System>) -> Self {
+        let points = sampled.samples();
         let centres = parallel::map(points.len(), |i| {
             let node = Node {
                 point: points[i],
@@ -151,7 +153,7 @@ impl<const D: usize> Show<D> for Sampled<D, System> {
             };
             (node, nearest(&points[i], &points))
         });
-        Samples::about(self, &centres)
+        Self::about(sampled, &centres)
     }
 }
 

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 use taut::size::{coordinates, flat, padded};
 use taut_core::field::{Fields, Shot};
+use taut_core::surface::Surface;
 use taut_core::{Vector, parallel};
 use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
@@ -18,7 +19,7 @@ use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::settings::{Aim, ExpSettings, Sources};
-use crate::surface::{FlatSamples, Show, flat_samples};
+use crate::surface::{FlatSamples, Samples, flat_samples};
 
 /// Follows the geodesics and writes what was asked for.
 pub fn run(settings: &ExpSettings, progress: &Progress) -> Result<Exit, Failure> {
@@ -83,15 +84,12 @@ struct Answer {
 impl Question for Geodesics<'_> {
     type Answer = Found;
 
-    fn answer<const D: usize, S: Show<D>>(
-        &self,
-        ready: &Ready<'_, D, S>,
-    ) -> Result<Found, Failure> {
+    fn answer<const D: usize>(&self, ready: &Ready<'_, D>) -> Result<Found, Failure> {
         let Self { settings, progress } = *self;
         let (node, _) = ready.locate(&settings.start)?;
         let vectors = vectors(&settings.aim, ready.dimension)?;
         let surface = ready.geodesics.surface();
-        let centre = surface.centre();
+        let centre = surface.origin();
         progress.step("geodesics");
         let fields = Fields::new(ready.geodesics);
         let intrinsic = surface.intrinsic_dimension();
@@ -111,7 +109,7 @@ impl Question for Geodesics<'_> {
             samples: settings
                 .picture
                 .is_some()
-                .then(|| flat_samples(&surface.samples(), &centre, ready.dimension)),
+                .then(|| flat_samples(&Samples::of(surface), &centre, ready.dimension)),
         })
     }
 }

@@ -6,8 +6,10 @@ use serde::Serialize;
 use taut::End;
 use taut::kind::Kind;
 use taut::size::flat;
+use taut_core::error::Error;
 use taut_core::field;
 use taut_core::geodesics::Geodesics;
+use taut_core::guess::Guide;
 use taut_io::PointSet;
 
 use crate::clouds;
@@ -89,7 +91,7 @@ fn found<const D: usize>(
         found.map(|point| point as usize)
     };
     let first: Vec<usize> = ends.iter().map(position).collect::<Result<_, _>>()?;
-    let geodesics = Geodesics::of_atlas(atlas);
+    let geodesics = Geodesics::of_atlas(atlas).into_kind();
     let fields = Kind::fields(&geodesics, None).map_err(refused)?;
     progress.step("distances");
     progress.count_to(settings.count);
@@ -98,7 +100,8 @@ fn found<const D: usize>(
             progress.done(1);
         })
         .map_err(refused)?;
-    let cloud = geodesics.surface().cloud();
+    let atlas = geodesics.surface().atlas();
+    let cloud = atlas.ok_or_else(|| refused(Error::NoCloud))?.cloud();
     let kept: Vec<_> = found.points.iter().map(|i| cloud.points[*i]).collect();
     let row_of_file = |i: &usize| {
         let read = cloud.rows[*i] as usize;

@@ -8,10 +8,12 @@ mod write;
 use std::path::Path;
 
 use taut::End;
+use taut::kind::{Kind, Place};
 use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::error::Error;
 use taut_core::field::{Cost, Field, Fields, Sources};
+use taut_core::surface::Surface;
 use taut_io::Content;
 
 use crate::exit::{Exit, Failure};
@@ -20,7 +22,7 @@ use crate::picture::Levels;
 use crate::progress::Progress;
 use crate::ready::{self, Places, Question, Ready};
 use crate::settings::{FieldSettings, Rates, Source as From};
-use crate::surface::{FlatSamples, Show, flat_samples};
+use crate::surface::{FlatSamples, Samples, flat_samples};
 use answer::{Answer, Found};
 use isolines::Line;
 
@@ -80,10 +82,7 @@ impl Question for Distances<'_> {
         self.settings.at.as_deref()
     }
 
-    fn answer<const D: usize, S: Show<D>>(
-        &self,
-        ready: &Ready<'_, D, S>,
-    ) -> Result<Found, Failure> {
+    fn answer<const D: usize>(&self, ready: &Ready<'_, D>) -> Result<Found, Failure> {
         let Self { settings, progress } = *self;
         let cost = match (&settings.cost, ready.points) {
             (Some(cost), Some(points)) => Some(cost::of_rows(cost, points)?),
@@ -100,14 +99,14 @@ impl Question for Distances<'_> {
 }
 
 /// A surface with what is asked of it.
-struct Asked<'a, const D: usize, S: Show<D>> {
+struct Asked<'a, const D: usize> {
     settings: &'a FieldSettings,
-    ready: &'a Ready<'a, D, S>,
+    ready: &'a Ready<'a, D>,
     cost: Option<Cost>,
     progress: &'a Progress,
 }
 
-impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
+impl<const D: usize> Asked<'_, D> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(&self) -> Result<Found, Failure> {
         let (settings, ready) = (self.settings, self.ready);
@@ -123,7 +122,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
         let places = places.transpose()?;
         let refused = |error| ready.refused(error);
         self.progress.step("distances");
-        let fields = S::fields(ready.geodesics, self.cost.as_ref()).map_err(refused)?;
+        let fields = Kind::fields(ready.geodesics, self.cost.as_ref()).map_err(refused)?;
         let curve = vertices.map(|vertices| fields.curve(&vertices));
         let curve = curve.transpose().map_err(refused)?;
         let sources = curve
@@ -149,13 +148,13 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
                 let found = found.map_err(refused)?;
                 let surface = self.ready.geodesics.surface();
                 let error = |point: &Vector<D>| {
-                    let end = End::Point(coordinates(&(point + surface.centre()), D));
+                    let end = End::Point(coordinates(&(point + surface.origin()), D));
                     let located = surface.locate(&end).ok()?;
                     Some(fields.at(&field, &located.0).error)
                 };
                 Some(Line::flattened(
                     &found,
-                    &surface.centre(),
+                    &surface.origin(),
                     self.ready.dimension,
                     error,
                 ))
@@ -178,7 +177,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     }
 
     /// What speaks against the distances, in sentences.
-    fn warnings(&self, fields: &Fields<'_, D, S>) -> Vec<String> {
+    fn warnings(&self, fields: &Fields<'_, D, Kind<D>>) -> Vec<String> {
         let mut warnings = self.ready.geodesics.surface().doubts();
         let polygons = self.settings.cost.iter().flat_map(|cost| &cost.no_go);
         let polygons: Vec<_> = polygons.collect();
@@ -191,7 +190,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     }
 
     /// The field at the surface's own points, where it has any.
-    fn own(&self, fields: &Fields<'_, D, S>, field: &Field<D>) -> Option<Answer> {
+    fn own(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>) -> Option<Answer> {
         let values = self.ready.geodesics.surface().at_rows(fields, field)?;
         let mut answer = self.empty(self.ready.points?.coordinates.clone(), None);
         for value in &values {
@@ -207,14 +206,14 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     /// The field, as far as it was asked for.
     fn field(
         &self,
-        fields: &Fields<'_, D, S>,
-        sources: Sources<'_, D, S::Place>,
-        places: Option<&Places<D, S::Place>>,
+        fields: &Fields<'_, D, Kind<D>>,
+        sources: Sources<'_, D, Place<D>>,
+        places: Option<&Places<D>>,
     ) -> Result<Field<D>, Error> {
         let settings = &self.settings.field;
         match (self.settings.nearest, places) {
             (None, _) => fields.from(sources, settings),
-            (Some(count), None) => S::nearest(fields, sources, count, settings),
+            (Some(count), None) => fields.nearest(sources, count, settings),
             (Some(count), Some(places)) => {
                 let located = places.located.iter().flatten();
                 let nodes: Vec<_> = located.map(|(node, _)| *node).collect();
@@ -223,12 +222,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
         }
     }
 
-    fn at(
-        &self,
-        fields: &Fields<'_, D, S>,
-        field: &Field<D>,
-        places: Places<D, S::Place>,
-    ) -> Answer {
+    fn at(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>, places: Places<D>) -> Answer {
         let moved = places.moved();
         let mut answer = self.empty(places.points, Some(moved));
         for found in places.located {
@@ -241,7 +235,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     /// Points of the surface, its own where it has any, with the field at them.
     fn drawn(
         &self,
-        fields: &Fields<'_, D, S>,
+        fields: &Fields<'_, D, Kind<D>>,
         field: &Field<D>,
         own: Option<&Answer>,
     ) -> (FlatSamples, Levels) {
@@ -254,7 +248,11 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
             return (samples, own.levels());
         }
         let surface = self.ready.geodesics.surface();
-        let samples = flat_samples(&surface.samples(), &surface.centre(), self.ready.dimension);
+        let samples = flat_samples(
+            &Samples::of(surface),
+            &surface.origin(),
+            self.ready.dimension,
+        );
         let mut answer = self.empty(Vec::new(), None);
         for point in samples.points.chunks(self.ready.dimension) {
             let found = self.ready.locate(&End::Point(point.to_vec())).ok();

@@ -1,15 +1,14 @@
 //! Surfaces with the ends of paths located on them.
 
 use taut::End;
+use taut::kind::{Kind, Place};
 use taut_core::geodesics::Geodesics;
-use taut_core::guess::Guide;
 use taut_core::result::Path;
-use taut_core::surface::Node;
+use taut_core::surface::{Node, Surface};
 use taut_core::{correction, parallel};
 
 use crate::answer::FoundPath;
 use crate::exit::Failure;
-use crate::surface::Show;
 
 /// What to ask of every pair.
 pub struct Request {
@@ -19,26 +18,26 @@ pub struct Request {
 }
 
 /// A surface of R^D made ready, and ends on it.
-pub struct Located<const D: usize, S: Guide<D>> {
-    pub geodesics: Geodesics<D, S>,
+pub struct Located<const D: usize> {
+    pub geodesics: Geodesics<D, Kind<D>>,
     /// Coordinates of a point.
     pub dimension: usize,
-    pub ends: Vec<EndNode<D, S::Place>>,
+    pub ends: Vec<EndNode<D>>,
     /// What speaks against all answers on the surface, in sentences.
     pub doubts: Vec<String>,
 }
 
 /// An end as the user named it; its node and how far it was moved there, or why it has none.
-pub struct EndNode<const D: usize, P> {
+pub struct EndNode<const D: usize> {
     pub named: End,
-    pub located: Result<(Node<D, P>, f64), String>,
+    pub located: Result<(Node<D, Place<D>>, f64), String>,
 }
 
-impl<const D: usize, S: Show<D>> Located<D, S> {
+impl<const D: usize> Located<D> {
     /// Locates points of `dimension` coordinates; `rows_kept` are the file's rows that were read,
     /// where some were not.
     pub fn new(
-        geodesics: Geodesics<D, S>,
+        geodesics: Geodesics<D, Kind<D>>,
         dimension: usize,
         ends: Vec<End>,
         rows_kept: Option<&[usize]>,
@@ -57,8 +56,8 @@ impl<const D: usize, S: Show<D>> Located<D, S> {
     }
 
     /// The nodes of the ends, or why one cannot be used.
-    pub fn nodes(&self) -> Result<Vec<Node<D, S::Place>>, Failure> {
-        let node = |end: &EndNode<D, S::Place>| match &end.located {
+    pub fn nodes(&self) -> Result<Vec<Node<D, Place<D>>>, Failure> {
+        let node = |end: &EndNode<D>| match &end.located {
             Ok((node, _)) => Ok(*node),
             Err(reason) => Err(Failure::End {
                 end: end.named.to_string(),
@@ -71,7 +70,7 @@ impl<const D: usize, S: Show<D>> Located<D, S> {
     /// A path in the coordinates of the input.
     pub fn found(&self, path: &Path<D>) -> FoundPath {
         let surface = self.geodesics.surface();
-        let mut found = FoundPath::new(path, &surface.centre(), self.dimension);
+        let mut found = FoundPath::new(path, &surface.origin(), self.dimension);
         found.surface_error = found
             .surface_error
             .filter(|_| surface.estimates_its_error());
@@ -81,8 +80,8 @@ impl<const D: usize, S: Show<D>> Located<D, S> {
     /// The shortest path between two nodes, and further ones if asked for.
     pub fn paths(
         &self,
-        from: &Node<D, S::Place>,
-        to: &Node<D, S::Place>,
+        from: &Node<D, Place<D>>,
+        to: &Node<D, Place<D>>,
         request: &Request,
     ) -> Vec<FoundPath> {
         let mut paths = match request.alternatives {
@@ -100,12 +99,12 @@ impl<const D: usize, S: Show<D>> Located<D, S> {
 
 /// The node of an end named for points of `dimension` coordinates, and how far it was moved there,
 /// or why it has none; `rows_kept` are the file's rows that were read, where some were not.
-pub fn locate<const D: usize, S: Show<D>>(
-    surface: &S,
+pub fn locate<const D: usize>(
+    surface: &Kind<D>,
     dimension: usize,
     rows_kept: Option<&[usize]>,
     end: &End,
-) -> Result<(Node<D, S::Place>, f64), String> {
+) -> Result<(Node<D, Place<D>>, f64), String> {
     let located = match (end, rows_kept) {
         (End::Point(point), _) if point.len() != dimension => {
             return Err(format!(

@@ -3,9 +3,11 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use taut::kind::Kind;
 use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::field::{Field, Fields, Logarithm};
+use taut_core::surface::Surface;
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::exit::{Exit, Failure};
@@ -15,7 +17,6 @@ use crate::outputs::Files;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::settings::{LogSettings, Source};
-use crate::surface::Show;
 
 /// Why a cloud has no logarithms. A fit does not help: its charts are no smaller than the cloud's
 /// own.
@@ -89,10 +90,7 @@ struct Facts {
 impl Question for Vectors<'_> {
     type Answer = Table;
 
-    fn answer<const D: usize, S: Show<D>>(
-        &self,
-        ready: &Ready<'_, D, S>,
-    ) -> Result<Table, Failure> {
+    fn answer<const D: usize>(&self, ready: &Ready<'_, D>) -> Result<Table, Failure> {
         let Self { settings, progress } = *self;
         let dimension = ready.geodesics.surface().intrinsic_dimension();
         if dimension != 2 {
@@ -116,7 +114,7 @@ impl Question for Vectors<'_> {
             .map(|file| ready.places(file, progress))
             .transpose()?;
         progress.step("directions");
-        let fields = S::fields(ready.geodesics, None).map_err(refused)?;
+        let fields = Kind::fields(ready.geodesics, None).map_err(refused)?;
         let field = fields.from(&sources, &settings.field).map_err(refused)?;
         let (points, found, moved) = match places {
             Some(places) => {
@@ -175,11 +173,7 @@ pub fn names(vector: &str, dimension: usize) -> Vec<String> {
 }
 
 impl Table {
-    fn new<const D: usize, S: Show<D>>(
-        ready: &Ready<'_, D, S>,
-        points: Vec<f64>,
-        transport: bool,
-    ) -> Self {
+    fn new<const D: usize>(ready: &Ready<'_, D>, points: Vec<f64>, transport: bool) -> Self {
         let vectors: &[&str] = if transport {
             &["log", "first", "second"]
         } else {
@@ -211,9 +205,9 @@ impl Table {
     }
 
     /// The logarithm of the next point; `None` where it has no place, within where it is not reached.
-    fn push<const D: usize, S: Show<D>>(
+    fn push<const D: usize>(
         &mut self,
-        fields: &Fields<'_, D, S>,
+        fields: &Fields<'_, D, Kind<D>>,
         field: &Field<D>,
         found: Option<&Option<Logarithm<D>>>,
     ) {

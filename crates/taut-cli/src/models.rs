@@ -153,7 +153,7 @@ fn located<const D: usize>(
     model: &FileModel,
     ends: Vec<End>,
 ) -> Result<Box<dyn Prepared>, Failure> {
-    let geodesics = Geodesics::of_atlas(model.atlas::<D>()?);
+    let geodesics = Geodesics::of_atlas(model.atlas::<D>()?).into_kind();
     Ok(Box::new(Located::new(
         geodesics,
         model.dimension,

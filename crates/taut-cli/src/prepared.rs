@@ -2,12 +2,13 @@
 
 use taut::size::coordinates;
 use taut_core::result::Path;
+use taut_core::surface::Surface;
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place};
 use crate::exit::Failure;
 use crate::located::{Located, Request};
 use crate::matrix::fill::{self, Keep, Work};
-use crate::surface::{FlatSamples, Show, flat_samples};
+use crate::surface::{FlatSamples, Samples, flat_samples};
 
 /// A surface with ends located on it, its dimension forgotten.
 pub trait Prepared: Sync {
@@ -27,13 +28,13 @@ pub trait Prepared: Sync {
     fn samples(&self) -> FlatSamples;
 }
 
-impl<const D: usize, S: Show<D>> Prepared for Located<D, S> {
+impl<const D: usize> Prepared for Located<D> {
     fn dimension(&self) -> usize {
         self.dimension
     }
 
     fn answer(&self, pair: [usize; 2], request: &Request) -> Answer {
-        let centre = self.geodesics.surface().centre();
+        let centre = self.geodesics.surface().origin();
         let ends = pair.map(|end| &self.ends[end]);
         let mut paths = match ends.map(|end| &end.located) {
             [Ok((from, _)), Ok((to, _))] => self.paths(from, to, request),
@@ -68,6 +69,6 @@ impl<const D: usize, S: Show<D>> Prepared for Located<D, S> {
 
     fn samples(&self) -> FlatSamples {
         let surface = self.geodesics.surface();
-        flat_samples(&surface.samples(), &surface.centre(), self.dimension)
+        flat_samples(&Samples::of(surface), &surface.origin(), self.dimension)
     }
 }

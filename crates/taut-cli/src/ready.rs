@@ -5,11 +5,11 @@ use std::path::Path;
 
 use taut::End;
 use taut::equations::Implicit;
+use taut::kind::{Kind, Place};
 use taut::size::coordinates;
 use taut_core::field::Source;
 use taut_core::geodesics::Geodesics;
-use taut_core::guess::Guide;
-use taut_core::surface::Node;
+use taut_core::surface::{Node, Surface};
 use taut_io::PointSet;
 
 use crate::answer::outlying;
@@ -23,15 +23,15 @@ use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::settings::{self, CloudSettings, Sources};
 use crate::sites::{self, Site};
-use crate::surface::{Show, with_size};
+use crate::surface::with_size;
 
 /// Places on the surface, and how far each was moved there.
 type Moved<T> = (Vec<T>, Vec<f64>);
 
 /// A surface made ready.
-pub struct Ready<'a, const D: usize, S: Guide<D>> {
+pub struct Ready<'a, const D: usize> {
     pub name: &'a str,
-    pub geodesics: &'a Geodesics<D, S>,
+    pub geodesics: &'a Geodesics<D, Kind<D>>,
     /// Coordinates of a point.
     pub dimension: usize,
     /// The file's points, where the surface was put through any.
@@ -48,10 +48,7 @@ pub trait Question {
         None
     }
 
-    fn answer<const D: usize, S: Show<D>>(
-        &self,
-        ready: &Ready<'_, D, S>,
-    ) -> Result<Self::Answer, Failure>;
+    fn answer<const D: usize>(&self, ready: &Ready<'_, D>) -> Result<Self::Answer, Failure>;
 }
 
 /// Makes a surface ready and locates the ends on it.
@@ -107,7 +104,7 @@ fn of_cloud<const D: usize, Q: Question>(
     clouds::note_changes(&name, &atlas, progress);
     question.answer(&Ready {
         name: &name,
-        geodesics: &Geodesics::of_atlas(atlas),
+        geodesics: &Geodesics::of_atlas(atlas).into_kind(),
         dimension: points.dimension,
         points: Some(points),
     })
@@ -120,7 +117,7 @@ fn of_model<const D: usize, Q: Question>(
 ) -> Result<Q::Answer, Failure> {
     question.answer(&Ready {
         name: &file.display().to_string(),
-        geodesics: &Geodesics::of_atlas(model.atlas::<D>()?),
+        geodesics: &Geodesics::of_atlas(model.atlas::<D>()?).into_kind(),
         dimension: model.dimension(),
         points: None,
     })
@@ -153,14 +150,14 @@ fn of_equations<const D: usize, Q: Question>(
 const MOST_TOLD: usize = 8;
 
 /// Points other than the surface's own that something was asked for at.
-pub struct Places<const D: usize, P> {
+pub struct Places<const D: usize> {
     /// As given, row-major.
     pub points: Vec<f64>,
     /// Nodes of the surface and how far the points were moved there; `None` for those without a place on it.
-    pub located: Vec<Option<(Node<D, P>, f64)>>,
+    pub located: Vec<Option<(Node<D, Place<D>>, f64)>>,
 }
 
-impl<const D: usize, P> Places<D, P> {
+impl<const D: usize> Places<D> {
     /// How far each point was moved onto the surface; not a number where it has no place there.
     pub fn moved(&self) -> Vec<f64> {
         let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
@@ -168,7 +165,7 @@ impl<const D: usize, P> Places<D, P> {
     }
 }
 
-impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
+impl<const D: usize> Ready<'_, D> {
     /// The file's rows that the points come from, where some were left out.
     pub fn rows_kept(&self) -> Option<&[usize]> {
         self.points?.rows_kept.as_deref()
@@ -182,7 +179,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
     }
 
     /// The node of an end, and how far it was moved there.
-    pub fn locate(&self, end: &End) -> Result<(Node<D, S::Place>, f64), Failure> {
+    pub fn locate(&self, end: &End) -> Result<(Node<D, Place<D>>, f64), Failure> {
         let surface = self.geodesics.surface();
         locate(surface, self.dimension, self.rows_kept(), end).map_err(|reason| Failure::End {
             end: end.to_string(),
@@ -197,7 +194,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         sources: &Sources,
         starts: &[f64],
         progress: &Progress,
-    ) -> Result<Moved<Source<D, S::Place>>, Failure> {
+    ) -> Result<Moved<Source<D, Place<D>>>, Failure> {
         let sites = sites::of_sources(sources, self.dimension, progress)?;
         if !starts.is_empty() && starts.len() != sites.len() {
             return Err(Failure::Usage(format!(
@@ -232,7 +229,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         &self,
         what: &str,
         ends: &[&End],
-        nodes: &[Node<D, S::Place>],
+        nodes: &[Node<D, Place<D>>],
         moved: &[f64],
         progress: &Progress,
     ) {
@@ -282,7 +279,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         &self,
         curve: &Sources,
         progress: &Progress,
-    ) -> Result<Moved<Node<D, S::Place>>, Failure> {
+    ) -> Result<Moved<Node<D, Place<D>>>, Failure> {
         let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
         let found: Vec<_> = ends
             .iter()
@@ -295,9 +292,9 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
     }
 
     /// The points of a file; a row must have a place on the surface, a point need not.
-    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D, S::Place>, Failure> {
+    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D>, Failure> {
         let sites = sites::of_file(file, self.dimension, progress)?;
-        let centre = self.geodesics.surface().centre();
+        let centre = self.geodesics.surface().origin();
         let mut points = Vec::with_capacity(sites.len() * self.dimension);
         let mut located = Vec::with_capacity(sites.len());
         for site in sites {

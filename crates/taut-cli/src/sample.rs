@@ -5,7 +5,7 @@ use std::io::Write;
 use serde::Serialize;
 use taut::End;
 use taut::equations::{Implicit, Law, extent};
-use taut::kind::Kind;
+use taut::kind::locate_on;
 use taut::size::{flat, padded};
 use taut_core::Vector;
 use taut_core::geodesics::Geodesics;
@@ -232,8 +232,7 @@ fn of_atlas<const D: usize>(
                 "expected {dimension} coordinates, as many as the points of the surface have"
             ),
         }),
-        _ => atlas
-            .locate(end)
+        _ => locate_on(atlas, end)
             .map(|(node, _)| node)
             .map_err(|error| Failure::End {
                 end: end.to_string(),

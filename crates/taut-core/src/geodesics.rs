@@ -127,6 +127,24 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         }
     }
 
+    /// The same with its surface as another type: one that holds surfaces of several kinds is
+    /// compiled once for all of them.
+    #[must_use]
+    pub fn into_kind<T>(self) -> Geodesics<D, T>
+    where
+        T: Guide<D, Place: From<S::Place>> + From<S>,
+    {
+        Geodesics {
+            surface: self.surface.into(),
+            graph: self.graph.into_kind(),
+            components: self.components,
+            component_sizes: self.component_sizes,
+            landmarks: self.landmarks,
+            size: self.size,
+            idle: Mutex::new(Vec::new()),
+        }
+    }
+
     fn landmarks(&self) -> &Landmarks {
         self.landmarks
             .get_or_init(|| Landmarks::new(&self.graph, &self.components, &self.component_sizes))

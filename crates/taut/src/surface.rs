@@ -404,7 +404,7 @@ fn of_model<const D: usize>(model: &Model, coordinates: usize) -> Result<Surface
 }
 
 fn of_atlas<const D: usize>(atlas: Atlas<D>, coordinates: usize) -> Surface {
-    let ready = Ready::new(Geodesics::of_atlas(atlas), coordinates);
+    let ready = Ready::new(Geodesics::of_atlas(atlas).into_kind(), coordinates);
     Surface {
         ready: Arc::new(ready),
     }
@@ -414,7 +414,7 @@ fn of_implicit<const D: usize>(implicit: &Implicit) -> Result<Surface, Error> {
     let searched = implicit.searched::<D>()?;
     let seeds: Vec<Vector<D>> = implicit.seeds(&searched)?;
     let geodesics = implicit.sampled(&[&searched.low, &searched.high], &seeds)?;
-    let ready = Ready::new(geodesics, implicit.dimension);
+    let ready = Ready::new(geodesics.into_kind(), implicit.dimension);
     Ok(Surface {
         ready: Arc::new(ready),
     })

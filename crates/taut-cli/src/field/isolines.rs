@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use taut::kind::Kind;
 use taut::size::flat;
 use taut_core::error::Error;
 use taut_core::field::{Field, Fields, Isoline};
-use taut_core::guess::Guide;
 use taut_core::{Vector, parallel};
 use taut_io::{Polyline, write_polylines};
 
@@ -28,10 +28,10 @@ pub struct Line {
 }
 
 /// The isolines asked for, at round levels where none are given.
-pub fn find<const D: usize, S: Guide<D>>(
+pub fn find<const D: usize>(
     settings: &IsolineSettings,
     levels: &Levels,
-    fields: &Fields<'_, D, S>,
+    fields: &Fields<'_, D, Kind<D>>,
     field: &Field<D>,
 ) -> Result<Vec<Isoline<D>>, Error> {
     if settings.levels.is_empty() {

@@ -606,6 +606,10 @@ impl<const D: usize> Guide<D> for Atlas<D> {
             visit(*index);
         }
     }
+
+    fn atlas(&self) -> Option<&Self> {
+        Some(self)
+    }
 }
 
 impl<const D: usize> Geodesics<D, Atlas<D>> {
