@@ -23,6 +23,7 @@ use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{DETOUR, Route, Ways};
+use crate::order::sort_by_number;
 use crate::result::{Path, Status};
 use crate::surface::{Geometry, Node};
 
@@ -204,7 +205,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             .filter_map(|guess| correction::straighten(&self.surface, guess, solver));
         let mut all: Vec<Taut<D, S::Place>> = straight.map(|straight| straight.taut).collect();
         self.put_back(workspace);
-        all.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        sort_by_number(&mut all, Taut::length);
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
         for taut in all {
             let longest = kept
@@ -390,7 +391,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             }
             straight.push(found);
         }
-        straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
+        sort_by_number(&mut straight, |straight| straight.taut.length());
         let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
             // Where there are guesses the points are connected, even if by none that can be
             // followed.
