@@ -4,6 +4,7 @@ use std::io::Write;
 
 use clap::Args;
 use taut::equations::Implicit;
+use taut::kind::Kind;
 use taut::size::coordinates;
 use taut_core::geodesics::Geodesics;
 use taut_core::surface::Surface;
@@ -16,7 +17,7 @@ use crate::facts::{ChartFacts, Facts, PointFacts};
 use crate::numbers::significant;
 use crate::output::{line, tell};
 use crate::progress::Progress;
-use crate::ready::{self, Charts, Visit};
+use crate::ready::{self, Ready, Visit};
 use crate::source::{Source, SurfaceFlags};
 use crate::surface::corners;
 use crate::values::Reconstruction;
@@ -51,11 +52,11 @@ impl Visit for Checked {
 
     fn charts<const D: usize>(
         self,
-        ready: &Charts<'_, D>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Facts, Failure> {
         progress.step("report");
-        let atlas = ready.geodesics.surface();
+        let atlas = ready.atlas()?;
         let report = atlas.report();
         let cloud = atlas.cloud();
         let (low, high) = corners(&cloud.points);
@@ -72,7 +73,7 @@ impl Visit for Checked {
             points_between_rows: report.points_between_rows,
         });
         let components = match points {
-            Some(_) => component_points(&ready.geodesics),
+            Some(_) => component_points(&ready.geodesics, atlas),
             None => ready.geodesics.component_sizes().to_vec(),
         };
         let warnings = points.as_ref().map_or(Vec::new(), |points| {
@@ -113,9 +114,12 @@ impl Visit for Checked {
 }
 
 /// The number of points on each component of a cloud's surface, largest first.
-fn component_points<const D: usize>(geodesics: &Geodesics<D, Atlas<D>>) -> Vec<usize> {
+fn component_points<const D: usize>(
+    geodesics: &Geodesics<D, Kind<D>>,
+    atlas: &Atlas<D>,
+) -> Vec<usize> {
     let mut counts = vec![0; geodesics.component_sizes().len()];
-    for row in &geodesics.surface().cloud().rows {
+    for row in &atlas.cloud().rows {
         if let Some(component) = geodesics.component_of_row(*row as usize) {
             counts[component as usize] += 1;
         }

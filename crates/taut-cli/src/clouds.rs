@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use taut::Error;
+use taut::kind::Kind;
 use taut_core::cloud::Cloud;
 use taut_core::geodesics::Geodesics;
 use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
-use taut_core::surface::mls::MovingLeastSquares;
 use taut_io::{PointSet, ReadOptions};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::source::Model;
-use crate::surface::{Samples, Show};
+use crate::surface::Samples;
 
 /// Reads the points of a file and passes on the reader's notes.
 pub fn read(file: &Path, options: &ReadOptions, progress: &Progress) -> Result<PointSet, Failure> {
@@ -88,7 +88,7 @@ pub fn mls(
     points: &PointSet,
     model: &Model,
     progress: &Progress,
-) -> Result<Geodesics<3, MovingLeastSquares<3>>, Failure> {
+) -> Result<Geodesics<3, Kind<3>>, Failure> {
     if !(2..=3).contains(&points.dimension) {
         return Err(Failure::Usage(format!(
             "--surface mls: found points of {} coordinates, expected 2 or 3; leave it out",
@@ -97,7 +97,8 @@ pub fn mls(
     }
     let atlas = atlas::<3>(name, points, model, progress)?;
     note_changes(name, &atlas, progress);
-    Geodesics::of_mls(atlas, None).map_err(|error| Failure::Usage(format!("{name}: {error}")))
+    let made = Geodesics::of_mls(atlas, None).map(Geodesics::into_kind);
+    made.map_err(|error| Failure::Usage(format!("{name}: {error}")))
 }
 
 /// Notes points dropped, merged and added.
@@ -130,22 +131,6 @@ pub fn note_changes<const D: usize>(name: &str, atlas: &Atlas<D>, progress: &Pro
     }
 }
 
-impl<const D: usize> Show<D> for Atlas<D> {
-    fn samples(&self) -> Samples<D> {
-        if self.has_points() {
-            Samples::of_cloud(self.cloud())
-        } else {
-            Samples::of_charts(self)
-        }
-    }
-}
-
-impl<const D: usize> Show<D> for MovingLeastSquares<D> {
-    fn samples(&self) -> Samples<D> {
-        Samples::of_cloud(self.atlas().cloud())
-    }
-}
-
 /// The part of a chart's support that is its own.
 const OWN: f64 = 0.6;
 
@@ -158,7 +143,8 @@ impl<const D: usize> Samples<D> {
         Self::about(atlas, &centres)
     }
 
-    fn of_cloud(cloud: &Cloud<D>) -> Self {
+    /// The points of a cloud.
+    pub fn of_cloud(cloud: &Cloud<D>) -> Self {
         Self {
             points: cloud.points.clone(),
             discs: None,

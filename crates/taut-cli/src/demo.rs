@@ -19,7 +19,7 @@ use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::source::Model;
-use crate::surface::{FlatSamples, Show};
+use crate::surface::FlatSamples;
 use crate::values::seed;
 
 #[derive(Debug, Args)]
@@ -112,9 +112,9 @@ impl Question for Shown<'_> {
         Ok(self.0.to_vec())
     }
 
-    fn answer<const D: usize, S: Show<D>>(
+    fn answer<const D: usize>(
         self,
-        ready: &Ready<'_, D, S>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Found, Failure> {
         progress.step("paths");

@@ -1,6 +1,7 @@
 //! Surfaces F(x) = 0 made ready: written equations and named shapes.
 
 use taut::equations::{Implicit, System};
+use taut::kind::Kind;
 use taut::size::{coordinates, padded};
 use taut::{End, Error};
 use taut_core::geodesics::Geodesics;
@@ -10,17 +11,17 @@ use taut_core::{Vector, parallel};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::surface::{Samples, Show, corners};
+use crate::surface::{Samples, corners};
 
 /// The surface sampled from the ends of queries.
 pub fn geodesics<const D: usize>(
     law: &Implicit,
     ends: &[End],
     progress: &Progress,
-) -> Result<Geodesics<D, Sampled<D, System>>, Failure> {
+) -> Result<Geodesics<D, Kind<D>>, Failure> {
     let ends = points_of(ends, law.dimension)?;
     let seeds: Vec<Vector<D>> = ends.iter().map(|point| padded(point)).collect();
-    sampled(law, &ends, &seeds, progress)
+    Ok(sampled(law, &ends, &seeds, progress)?.into_kind())
 }
 
 /// All of the surface, as far as it is searched.
@@ -102,9 +103,10 @@ pub fn points_of<'a>(ends: &'a [End], dimension: usize) -> Result<Vec<&'a [f64]>
     ends.iter().map(point).collect()
 }
 
-impl<const D: usize> Show<D> for Sampled<D, System> {
-    fn samples(&self) -> Samples<D> {
-        let points = Sampled::samples(self);
+impl<const D: usize> Samples<D> {
+    /// Points of a surface about its samples.
+    pub fn of_equations(sampled: &Sampled<D, System>) -> Self {
+        let points = sampled.samples();
         let centres = parallel::map(points.len(), |i| {
             let node = Node {
                 point: points[i],
@@ -112,7 +114,7 @@ impl<const D: usize> Show<D> for Sampled<D, System> {
             };
             (node, nearest(&points[i], &points))
         });
-        Samples::about(self, &centres)
+        Self::about(sampled, &centres)
     }
 }
 

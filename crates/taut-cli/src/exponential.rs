@@ -8,6 +8,7 @@ use serde::Serialize;
 use taut::size::{coordinates, flat, padded};
 use taut::{End, coordinate};
 use taut_core::field::{self, Fields, Shot};
+use taut_core::surface::Surface;
 use taut_core::{Vector, parallel};
 use taut_io::{Column, Content, PointTable, Polyline, read_numbers, write_polylines, write_table};
 
@@ -20,7 +21,7 @@ use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::source::SurfaceFlags;
-use crate::surface::{FlatSamples, Show};
+use crate::surface::FlatSamples;
 use crate::values::{positive, tolerance};
 
 pub const EXAMPLES: &str = "\
@@ -130,9 +131,9 @@ impl Question for Geodesics<'_> {
         Ok(vec![self.0.source.clone()])
     }
 
-    fn answer<const D: usize, S: Show<D>>(
+    fn answer<const D: usize>(
         self,
-        ready: &Ready<'_, D, S>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Found, Failure> {
         let Self(flags) = self;
@@ -143,7 +144,7 @@ impl Question for Geodesics<'_> {
         let (node, _) = ready.locate(&flags.source)?;
         let vectors = vectors(flags, ready.dimension)?;
         let surface = ready.geodesics.surface();
-        let centre = surface.centre();
+        let centre = surface.origin();
         progress.step("geodesics");
         let fields = Fields::new(&ready.geodesics);
         let intrinsic = surface.intrinsic_dimension();

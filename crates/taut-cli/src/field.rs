@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
+use taut::kind::{Kind, Place};
 use taut::{End, coordinate};
 use taut_core::error::Error;
 use taut_core::field::{self, Cost, Field, Fields};
@@ -22,7 +23,7 @@ use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::sites;
 use crate::source::{Source, Sources, SurfaceFlags};
-use crate::surface::{FlatSamples, Show};
+use crate::surface::FlatSamples;
 use crate::values::{count, positive, tolerance};
 use answer::{Answer, Facts};
 use cost::CostFlags;
@@ -147,9 +148,9 @@ impl Question for Distances<'_> {
         Ok(seeds)
     }
 
-    fn answer<const D: usize, S: Show<D>>(
+    fn answer<const D: usize>(
         self,
-        ready: &Ready<'_, D, S>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Found, Failure> {
         let Self(flags) = self;
@@ -180,14 +181,14 @@ struct Found {
 }
 
 /// A surface with what is asked of it.
-struct Asked<'a, const D: usize, S: Show<D>> {
+struct Asked<'a, const D: usize> {
     flags: &'a Flags,
-    ready: &'a Ready<'a, D, S>,
+    ready: &'a Ready<'a, D>,
     cost: Option<Cost>,
     progress: &'a Progress,
 }
 
-impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
+impl<const D: usize> Asked<'_, D> {
     /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
     fn found(&self) -> Result<Found, Failure> {
         let (flags, ready) = (self.flags, self.ready);
@@ -204,7 +205,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
         let places = places.transpose()?;
         let refused = |error| ready.refused(error);
         self.progress.step("distances");
-        let fields = S::fields(&ready.geodesics, self.cost.as_ref()).map_err(refused)?;
+        let fields = Kind::fields(&ready.geodesics, self.cost.as_ref()).map_err(refused)?;
         let curve = vertices.map(|vertices| fields.curve(&vertices));
         let curve = curve.transpose().map_err(refused)?;
         let sources = curve
@@ -247,7 +248,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     }
 
     /// What speaks against the distances, in sentences.
-    fn warnings(&self, fields: &Fields<'_, D, S>) -> Vec<String> {
+    fn warnings(&self, fields: &Fields<'_, D, Kind<D>>) -> Vec<String> {
         let mut warnings = self.ready.geodesics.surface().doubts();
         for idle in fields.idle_barriers() {
             let warning = cost::without_effect(&self.flags.cost.no_go[idle]);
@@ -258,7 +259,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     }
 
     /// The field at the surface's own points, where it has any.
-    fn own(&self, fields: &Fields<'_, D, S>, field: &Field<D>) -> Option<Answer> {
+    fn own(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>) -> Option<Answer> {
         let values = self.ready.geodesics.surface().at_rows(fields, field)?;
         let mut answer = self.empty(self.ready.points?.coordinates.clone(), None);
         for value in &values {
@@ -274,9 +275,9 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     /// The field, as far as it was asked for.
     fn field(
         &self,
-        fields: &Fields<'_, D, S>,
-        sources: field::Sources<'_, D, S::Place>,
-        places: Option<&Places<D, S::Place>>,
+        fields: &Fields<'_, D, Kind<D>>,
+        sources: field::Sources<'_, D, Place<D>>,
+        places: Option<&Places<D>>,
     ) -> Result<Field<D>, Error> {
         let settings = &field::Settings {
             tolerance: self.flags.tolerance,
@@ -284,7 +285,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
         };
         match (self.flags.nearest, places) {
             (None, _) => fields.from(sources, settings),
-            (Some(count), None) => S::nearest(fields, sources, count, settings),
+            (Some(count), None) => fields.nearest(sources, count, settings),
             (Some(count), Some(places)) => {
                 let located = places.located.iter().flatten();
                 let nodes: Vec<_> = located.map(|(node, _)| *node).collect();
@@ -293,12 +294,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
         }
     }
 
-    fn at(
-        &self,
-        fields: &Fields<'_, D, S>,
-        field: &Field<D>,
-        places: Places<D, S::Place>,
-    ) -> Answer {
+    fn at(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>, places: Places<D>) -> Answer {
         let moved = places.moved();
         let mut answer = self.empty(places.points, Some(moved));
         for found in places.located {
@@ -311,7 +307,7 @@ impl<const D: usize, S: Show<D>> Asked<'_, D, S> {
     /// Points of the surface, its own where it has any, with the field at them.
     fn drawn(
         &self,
-        fields: &Fields<'_, D, S>,
+        fields: &Fields<'_, D, Kind<D>>,
         field: &Field<D>,
         own: Option<&Answer>,
     ) -> (FlatSamples, Levels) {

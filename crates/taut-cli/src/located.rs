@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use taut::End;
-use taut::kind::locate;
+use taut::kind::{Located, Place, locate};
 use taut::size::coordinates;
 use taut_core::field::Source;
-use taut_core::surface::Node;
+use taut_core::surface::{Node, Surface};
 
 use crate::answer::outlying;
 use crate::exit::Failure;
@@ -15,10 +15,6 @@ use crate::progress::Progress;
 use crate::ready::Ready;
 use crate::sites::{self, Site};
 use crate::source::Sources;
-use crate::surface::Show;
-
-/// A node of a surface and how far a point was moved there.
-pub type Located<const D: usize, P> = (Node<D, P>, f64);
 
 /// Places on the surface, and how far each was moved there.
 type Moved<T> = (Vec<T>, Vec<f64>);
@@ -27,26 +23,26 @@ type Moved<T> = (Vec<T>, Vec<f64>);
 const MOST_TOLD: usize = 8;
 
 /// Points other than the surface's own that something was asked for at.
-pub struct Places<const D: usize, P> {
+pub struct Places<const D: usize> {
     /// As given, row-major.
     pub points: Vec<f64>,
     /// Nodes of the surface and how far the points were moved there. `None` stands for a point without
     /// a place on it.
-    pub located: Vec<Option<Located<D, P>>>,
+    pub located: Vec<Option<Located<D>>>,
 }
 
-impl<const D: usize, P> Places<D, P> {
+impl<const D: usize> Places<D> {
     /// How far each point was moved onto the surface; not a number where it has no place there.
     pub fn moved(&self) -> Vec<f64> {
-        let moved = |found: &Option<(_, f64)>| found.as_ref().map_or(f64::NAN, |found| found.1);
+        let moved = |found: &Option<Located<D>>| found.as_ref().map_or(f64::NAN, |found| found.1);
         self.located.iter().map(moved).collect()
     }
 }
 
-impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
+impl<const D: usize> Ready<'_, D> {
     /// The node of an end, and how far it was moved there, or why it has none. Rows are those of the
     /// file.
-    pub fn find(&self, end: &End) -> Result<Located<D, S::Place>, String> {
+    pub fn find(&self, end: &End) -> Result<Located<D>, String> {
         let surface = self.geodesics.surface();
         match (end, self.rows_kept()) {
             (End::Row(row), Some(rows)) => {
@@ -58,7 +54,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
     }
 
     /// The same, where an end without a node is a failure.
-    pub fn locate(&self, end: &End) -> Result<Located<D, S::Place>, Failure> {
+    pub fn locate(&self, end: &End) -> Result<Located<D>, Failure> {
         self.find(end).map_err(|reason| refused(end, reason))
     }
 
@@ -69,7 +65,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         sources: &Sources,
         starts: &[f64],
         progress: &Progress,
-    ) -> Result<Moved<Source<D, S::Place>>, Failure> {
+    ) -> Result<Moved<Source<D, Place<D>>>, Failure> {
         let sites = sites::of_sources(sources, self.dimension, progress)?;
         if !starts.is_empty() && starts.len() != sites.len() {
             return Err(Failure::Usage(format!(
@@ -104,7 +100,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         &self,
         what: &str,
         ends: &[&End],
-        nodes: &[Node<D, S::Place>],
+        nodes: &[Node<D, Place<D>>],
         moved: &[f64],
         progress: &Progress,
     ) {
@@ -154,7 +150,7 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
         &self,
         curve: &Sources,
         progress: &Progress,
-    ) -> Result<Moved<Node<D, S::Place>>, Failure> {
+    ) -> Result<Moved<Node<D, Place<D>>>, Failure> {
         let ends = sites::ends_of_sources("--curve", curve, self.dimension, progress)?;
         let found: Vec<_> = ends
             .iter()
@@ -167,9 +163,9 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
     }
 
     /// The points of a file; a row must have a place on the surface, a point need not.
-    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D, S::Place>, Failure> {
+    pub fn places(&self, file: &Path, progress: &Progress) -> Result<Places<D>, Failure> {
         let sites = sites::of_file(file, self.dimension, progress)?;
-        let centre = self.geodesics.surface().centre();
+        let centre = self.geodesics.surface().origin();
         let mut points = Vec::with_capacity(sites.len() * self.dimension);
         let mut located = Vec::with_capacity(sites.len());
         for site in sites {

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 use taut::End;
+use taut::kind::Kind;
 use taut::size::coordinates;
 use taut_core::Vector;
 use taut_core::error::Error;
 use taut_core::field::{self, Field, Fields, Logarithm};
+use taut_core::surface::Surface;
 use taut_io::{Column, Content, PointTable, write_points, write_table};
 
 use crate::exit::{Exit, Failure};
@@ -20,7 +22,6 @@ use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::sites;
 use crate::source::{Source, Sources, SurfaceFlags};
-use crate::surface::Show;
 use crate::values::tolerance;
 
 pub const EXAMPLES: &str = "\
@@ -146,9 +147,9 @@ impl Question for Vectors<'_> {
         sites::places_of(&self.flags.sources(), dimension, progress)
     }
 
-    fn answer<const D: usize, S: Show<D>>(
+    fn answer<const D: usize>(
         self,
-        ready: &Ready<'_, D, S>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Table, Failure> {
         let flags = self.flags;
@@ -176,7 +177,7 @@ impl Question for Vectors<'_> {
             ..field::Settings::default()
         };
         progress.step("directions");
-        let fields = S::fields(&ready.geodesics, None).map_err(refused)?;
+        let fields = Kind::fields(&ready.geodesics, None).map_err(refused)?;
         let field = fields.from(&sources, &settings).map_err(refused)?;
         let (points, found, moved) = match places {
             Some(places) => {
@@ -221,11 +222,7 @@ fn unfit(surface: &str, reason: &str) -> Failure {
 }
 
 impl Table {
-    fn new<const D: usize, S: Show<D>>(
-        ready: &Ready<'_, D, S>,
-        points: Vec<f64>,
-        transport: bool,
-    ) -> Self {
+    fn new<const D: usize>(ready: &Ready<'_, D>, points: Vec<f64>, transport: bool) -> Self {
         let vectors: &[&str] = if transport {
             &["log", "first", "second"]
         } else {
@@ -257,9 +254,9 @@ impl Table {
     }
 
     /// The logarithm of the next point; `None` where it has no place, within where it is not reached.
-    fn push<const D: usize, S: Show<D>>(
+    fn push<const D: usize>(
         &mut self,
-        fields: &Fields<'_, D, S>,
+        fields: &Fields<'_, D, Kind<D>>,
         field: &Field<D>,
         found: Option<&Option<Logarithm<D>>>,
     ) {

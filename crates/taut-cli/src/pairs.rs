@@ -1,16 +1,16 @@
 //! Ends located on a surface, and the paths between them.
 
 use taut::End;
+use taut::kind::{self, Located};
 use taut::size::coordinates;
 use taut_core::result::Path;
-use taut_core::surface::Node;
+use taut_core::surface::{Node, Surface};
 use taut_core::{correction, parallel};
 
 use crate::answer::{Answer, FoundPath, LocatedEnd, Outcome, Place};
 use crate::exit::Failure;
-use crate::located::{Located, refused};
+use crate::located::refused;
 use crate::ready::Ready;
-use crate::surface::Show;
 
 /// What to ask of every pair.
 #[derive(Default)]
@@ -21,18 +21,18 @@ pub struct Request {
 }
 
 /// Ends on a surface.
-pub struct Ends<'a, const D: usize, S: Show<D>> {
-    ready: &'a Ready<'a, D, S>,
+pub struct Ends<'a, const D: usize> {
+    ready: &'a Ready<'a, D>,
     /// As the user named them.
     named: &'a [End],
     /// Their nodes and how far they were moved there, or why they have none.
-    located: Vec<Result<Located<D, S::Place>, String>>,
+    located: Vec<Result<Located<D>, String>>,
     /// What speaks against all answers on the surface, in sentences.
     doubts: Vec<String>,
 }
 
-impl<'a, const D: usize, S: Show<D>> Ends<'a, D, S> {
-    pub fn new(ready: &'a Ready<'a, D, S>, named: &'a [End]) -> Self {
+impl<'a, const D: usize> Ends<'a, D> {
+    pub fn new(ready: &'a Ready<'a, D>, named: &'a [End]) -> Self {
         Self {
             located: parallel::map(named.len(), |i| ready.find(&named[i])),
             doubts: ready.geodesics.surface().doubts(),
@@ -42,8 +42,8 @@ impl<'a, const D: usize, S: Show<D>> Ends<'a, D, S> {
     }
 
     /// The nodes of the ends, or why one cannot be used.
-    pub fn nodes(&self) -> Result<Vec<Node<D, S::Place>>, Failure> {
-        let node = |(end, located): (&End, &Result<Located<D, _>, String>)| match located {
+    pub fn nodes(&self) -> Result<Vec<Node<D, kind::Place<D>>>, Failure> {
+        let node = |(end, located): (&End, &Result<Located<D>, String>)| match located {
             Ok((node, _)) => Ok(*node),
             Err(reason) => Err(refused(end, reason.clone())),
         };
@@ -69,8 +69,8 @@ impl<'a, const D: usize, S: Show<D>> Ends<'a, D, S> {
 
     fn end(&self, end: usize) -> LocatedEnd {
         let surface = self.ready.geodesics.surface();
-        let place = |(node, moved): Located<D, _>| Place {
-            point: coordinates(&(node.point + surface.centre()), self.ready.dimension),
+        let place = |(node, moved): Located<D>| Place {
+            point: coordinates(&(node.point + surface.origin()), self.ready.dimension),
             moved,
             farthest: surface.farthest_point(&node),
             off: surface.spacings_off(&node, moved),
@@ -84,8 +84,8 @@ impl<'a, const D: usize, S: Show<D>> Ends<'a, D, S> {
     /// The shortest path between two nodes, and further ones if asked for.
     fn paths(
         &self,
-        from: &Node<D, S::Place>,
-        to: &Node<D, S::Place>,
+        from: &Node<D, kind::Place<D>>,
+        to: &Node<D, kind::Place<D>>,
         request: &Request,
     ) -> Vec<FoundPath> {
         let geodesics = &self.ready.geodesics;
@@ -100,11 +100,11 @@ impl<'a, const D: usize, S: Show<D>> Ends<'a, D, S> {
     }
 }
 
-impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
+impl<const D: usize> Ready<'_, D> {
     /// A path in the coordinates of the input.
     pub fn found(&self, path: &Path<D>) -> FoundPath {
         let surface = self.geodesics.surface();
-        let mut found = FoundPath::new(path, &surface.centre(), self.dimension);
+        let mut found = FoundPath::new(path, &surface.origin(), self.dimension);
         found.surface_error = found
             .surface_error
             .filter(|_| surface.estimates_its_error());

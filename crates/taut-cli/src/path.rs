@@ -18,7 +18,7 @@ use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::source::SurfaceFlags;
-use crate::surface::{FlatSamples, Show};
+use crate::surface::FlatSamples;
 use crate::values::whole;
 
 pub const EXAMPLES: &str = "\
@@ -154,9 +154,9 @@ impl Question for Paths<'_> {
         Ok(self.ends.clone())
     }
 
-    fn answer<const D: usize, S: Show<D>>(
+    fn answer<const D: usize>(
         self,
-        ready: &Ready<'_, D, S>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Exit, Failure> {
         if let Some(file) = &self.flags.output {

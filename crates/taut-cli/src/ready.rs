@@ -1,9 +1,12 @@
-//! The one road from settings to a surface: here its dimension and its kind become types.
+//! The one road from settings to a surface: here its dimension becomes a type.
 
 use taut::End;
 use taut::equations::Implicit;
+use taut::kind::Kind;
+use taut_core::error::Error;
 use taut_core::geodesics::Geodesics;
 use taut_core::guess::Guide;
+use taut_core::surface::Surface;
 use taut_core::surface::atlas::Atlas;
 use taut_io::PointSet;
 
@@ -13,21 +16,18 @@ use crate::exit::Failure;
 use crate::models::{self, FileModel};
 use crate::progress::Progress;
 use crate::source::{Model, Source};
-use crate::surface::{FlatSamples, Show, flat_samples, too_many};
+use crate::surface::{FlatSamples, Samples, flat_samples, too_many};
 use crate::values::Reconstruction;
 
 /// A surface made ready.
-pub struct Ready<'a, const D: usize, S: Guide<D>> {
+pub struct Ready<'a, const D: usize> {
     pub name: &'a str,
-    pub geodesics: Geodesics<D, S>,
+    pub geodesics: Geodesics<D, Kind<D>>,
     /// Coordinates of a point.
     pub dimension: usize,
     /// The file's points, where the surface was put through any.
     pub points: Option<&'a PointSet>,
 }
-
-/// A surface of charts, through points or of a model.
-pub type Charts<'a, const D: usize> = Ready<'a, D, Atlas<D>>;
 
 /// What is done with a surface, kind by kind: once it is known which, its dimension is a type.
 pub trait Visit: Sized {
@@ -37,7 +37,7 @@ pub trait Visit: Sized {
     /// The surface is made of charts.
     fn charts<const D: usize>(
         self,
-        ready: &Charts<'_, D>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Self::Answer, Failure>;
 
@@ -57,9 +57,9 @@ pub trait Question: Sized {
     /// Points on the part of an equation's surface that is meant.
     fn seeds(&self, dimension: usize, progress: &Progress) -> Result<Vec<End>, Failure>;
 
-    fn answer<const D: usize, S: Show<D>>(
+    fn answer<const D: usize>(
         self,
-        ready: &Ready<'_, D, S>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Self::Answer, Failure>;
 }
@@ -69,7 +69,7 @@ impl<Q: Question> Visit for Q {
 
     fn charts<const D: usize>(
         self,
-        ready: &Charts<'_, D>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Q::Answer, Failure> {
         ready.note_changes(progress);
@@ -185,23 +185,27 @@ fn made<const D: usize, V: Visit>(
     };
     let ready = Ready {
         name,
-        geodesics: Geodesics::of_atlas(atlas),
+        geodesics: Geodesics::of_atlas(atlas).into_kind(),
         dimension,
         points,
     };
     visitor.charts(&ready, progress)
 }
 
-impl<const D: usize> Charts<'_, D> {
-    /// Notes what was done to points before a surface was put through them.
+impl<const D: usize> Ready<'_, D> {
+    /// Notes what was done to points before charts were put through them.
     pub fn note_changes(&self, progress: &Progress) {
-        if self.points.is_some() {
-            clouds::note_changes(self.name, self.geodesics.surface(), progress);
+        if let (Some(_), Ok(atlas)) = (self.points, self.atlas()) {
+            clouds::note_changes(self.name, atlas, progress);
         }
     }
-}
 
-impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
+    /// The charts that the surface is made of.
+    pub fn atlas(&self) -> Result<&Atlas<D>, Failure> {
+        let atlas = self.geodesics.surface().atlas();
+        atlas.ok_or_else(|| self.refused(Error::NoCloud))
+    }
+
     /// The file's rows that the points come from, where some were left out.
     pub fn rows_kept(&self) -> Option<&[usize]> {
         self.points?.rows_kept.as_deref()
@@ -210,10 +214,10 @@ impl<const D: usize, S: Show<D>> Ready<'_, D, S> {
     /// Points of the surface for a picture.
     pub fn samples(&self) -> FlatSamples {
         let surface = self.geodesics.surface();
-        flat_samples(&surface.samples(), &surface.centre(), self.dimension)
+        flat_samples(&Samples::of(surface), &surface.origin(), self.dimension)
     }
 
-    pub fn refused(&self, error: taut_core::error::Error) -> Failure {
+    pub fn refused(&self, error: Error) -> Failure {
         Failure::Surface {
             surface: self.name.to_owned(),
             error,

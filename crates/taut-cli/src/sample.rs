@@ -11,7 +11,7 @@ use taut::equations::{Implicit, Law, extent};
 use taut::size::{flat, padded};
 use taut_core::Vector;
 use taut_core::guess::particles::{self, Quality, Region, Sampling};
-use taut_core::surface::atlas::ChartIndex;
+use taut_core::surface::atlas::{Atlas, ChartIndex};
 use taut_core::surface::implicit::{Equations, ImplicitSurface};
 use taut_core::surface::{Geometry, Node, Surface};
 use taut_io::Content;
@@ -23,7 +23,7 @@ use crate::output::{line, tell};
 use crate::outputs::Files;
 use crate::picture;
 use crate::progress::Progress;
-use crate::ready::{self, Charts, Visit};
+use crate::ready::{self, Ready, Visit};
 use crate::sites;
 use crate::surface::{FlatSamples, corners};
 use either::Either;
@@ -104,17 +104,17 @@ impl Visit for Spread<'_> {
 
     fn charts<const D: usize>(
         self,
-        ready: &Charts<'_, D>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Sampled, Failure> {
         let Self(flags) = self;
         ready.note_changes(progress);
         let ends =
             sites::ends_of_sources("--sources", &flags.sources(), ready.dimension, progress)?;
-        let given = ends.iter().map(|end| Ok(ready.locate(end)?.0));
+        let given = ends.iter().map(|end| Ok(ready.locate(end)?.0.into_kind()));
         let given: Vec<_> = given.collect::<Result<_, Failure>>()?;
         progress.step("particles");
-        let atlas = ready.geodesics.surface();
+        let atlas = ready.atlas()?;
         let (low, high) = corners(&atlas.cloud().points);
         let start = Start {
             name: ready.name,
@@ -123,7 +123,7 @@ impl Visit for Spread<'_> {
             dimension: ready.dimension,
             fixed: !given.is_empty(),
             sources: match given[..] {
-                [] => one_of_each(ready, flags.count, progress),
+                [] => one_of_each(ready, atlas, flags.count, progress),
                 _ => given,
             },
             size: (high - low).norm(),
@@ -191,11 +191,12 @@ impl Visit for Spread<'_> {
 
 /// A node of each component that is large enough for a point.
 fn one_of_each<const D: usize>(
-    ready: &Charts<'_, D>,
+    ready: &Ready<'_, D>,
+    atlas: &Atlas<D>,
     count: usize,
     progress: &Progress,
 ) -> Vec<Node<D, ChartIndex>> {
-    let nodes = ready.geodesics.surface().nodes();
+    let nodes = atlas.nodes();
     let sizes = ready.geodesics.component_sizes();
     let large = sizes.iter().filter(|size| **size * count >= nodes.len());
     let large = large.count();

@@ -8,12 +8,6 @@ use taut_core::{Vector, parallel};
 
 use crate::exit::Failure;
 
-/// A surface that can be shown.
-pub trait Show<const D: usize>: Kind<D> {
-    /// Points of the surface for a picture.
-    fn samples(&self) -> Samples<D>;
-}
-
 /// Points of a surface, relative to its centre.
 pub struct Samples<const D: usize> {
     pub points: Vec<Vector<D>>,
@@ -59,6 +53,17 @@ const SPREAD: f64 = 1.2;
 const DISC: f64 = 0.2;
 
 impl<const D: usize> Samples<D> {
+    /// Points of a surface: those that it was put through, else points on its charts or about its
+    /// samples.
+    pub fn of(surface: &Kind<D>) -> Self {
+        match surface {
+            Kind::Atlas(atlas) if atlas.has_points() => Self::of_cloud(atlas.cloud()),
+            Kind::Atlas(atlas) => Self::of_charts(atlas),
+            Kind::MovingLeastSquares(surface) => Self::of_cloud(surface.atlas().cloud()),
+            Kind::Equations(sampled) => Self::of_equations(sampled),
+        }
+    }
+
     /// Points of a surface about some of its nodes, each as far as a length, with discs that
     /// cover it.
     pub fn about<S: Surface<D>>(surface: &S, centres: &[(Node<D, S::Place>, f64)]) -> Self {

@@ -104,6 +104,9 @@ pub enum Error {
         /// Number of variables.
         dimension: usize,
     },
+    /// Something that only the points of a cloud have, on a surface of another kind.
+    #[error("found a surface without points of its own, expected one put through a cloud")]
+    NoCloud,
     /// Costs on a surface of more than two dimensions.
     #[error("costs need a curve or a two-dimensional surface, found one of dimension {dimension}")]
     NoCosts {

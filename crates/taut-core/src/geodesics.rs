@@ -23,6 +23,7 @@ use crate::guess::dijkstra::Search;
 use crate::guess::graph::Graph;
 use crate::guess::landmarks::Landmarks;
 use crate::guess::routes::{DETOUR, Route, Ways};
+use crate::order::sort_by_number;
 use crate::result::{Path, Status};
 use crate::surface::{Geometry, Node};
 
@@ -127,6 +128,24 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         }
     }
 
+    /// The same with its surface as another type: one that holds surfaces of several kinds is
+    /// compiled once for all of them.
+    #[must_use]
+    pub fn into_kind<T>(self) -> Geodesics<D, T>
+    where
+        T: Guide<D, Place: From<S::Place>> + From<S>,
+    {
+        Geodesics {
+            surface: self.surface.into(),
+            graph: self.graph.into_kind(),
+            components: self.components,
+            component_sizes: self.component_sizes,
+            landmarks: self.landmarks,
+            size: self.size,
+            idle: Mutex::new(Vec::new()),
+        }
+    }
+
     fn landmarks(&self) -> &Landmarks {
         self.landmarks
             .get_or_init(|| Landmarks::new(&self.graph, &self.components, &self.component_sizes))
@@ -186,7 +205,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             .filter_map(|guess| correction::straighten(&self.surface, guess, solver));
         let mut all: Vec<Taut<D, S::Place>> = straight.map(|straight| straight.taut).collect();
         self.put_back(workspace);
-        all.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        sort_by_number(&mut all, Taut::length);
         let mut kept: Vec<Taut<D, S::Place>> = Vec::new();
         for taut in all {
             let longest = kept
@@ -376,7 +395,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             }
             straight.push(found);
         }
-        straight.sort_by(|a, b| a.taut.length().total_cmp(&b.taut.length()));
+        sort_by_number(&mut straight, |straight| straight.taut.length());
         let Some(shortest) = straight.first().map(|first| first.taut.length()) else {
             // Where there are guesses the points are connected, even if by none that can be
             // followed.

@@ -31,6 +31,7 @@ pub mod error;
 pub mod field;
 pub mod geodesics;
 pub mod guess;
+mod order;
 pub mod parallel;
 pub mod result;
 mod spatial;

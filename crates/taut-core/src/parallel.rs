@@ -1,8 +1,9 @@
 //! Loops on all threads whose results come in order, whatever the number of threads.
 //!
 //! Closures are called through a reference: rayon's adapters, compiled anew for each closure on
-//! each size and kind of surface, were more than half of all code.
+//! each size of surface, were more than half of all code.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -12,7 +13,11 @@ const PARTS: usize = 32;
 
 /// The values of a function at 0 to `count - 1`.
 pub fn map<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    map_with(count, || (), |(), i| value(i))
+    in_parts(count, &|range, values| {
+        for i in range {
+            values.push(value(i));
+        }
+    })
 }
 
 /// The values of a function at 0 to `count - 1`, as [`map`] gives them, with scratch space for the
@@ -22,12 +27,22 @@ pub fn map_with<S, T: Send>(
     scratch: impl Fn() -> S + Sync,
     value: impl Fn(&mut S, usize) -> T + Sync,
 ) -> Vec<T> {
+    in_parts(count, &|range, values| {
+        let mut scratch = scratch();
+        for i in range {
+            values.push(value(&mut scratch, i));
+        }
+    })
+}
+
+/// The values that a function adds for each part of 0 to `count - 1`, in order.
+fn in_parts<T: Send>(count: usize, add: &(dyn Fn(Range<usize>, &mut Vec<T>) + Sync)) -> Vec<T> {
     let parts = count.min(PARTS * rayon::current_num_threads());
     let found: Vec<Mutex<Vec<T>>> = (0..parts).map(|_| Mutex::default()).collect();
     for_each(parts, &|part| {
-        let mut scratch = scratch();
         let range = part * count / parts..(part + 1) * count / parts;
-        let values = range.map(|i| value(&mut scratch, i)).collect();
+        let mut values = Vec::with_capacity(range.len());
+        add(range, &mut values);
         *found[part].lock().unwrap_or_else(PoisonError::into_inner) = values;
     });
     let mut all = Vec::with_capacity(count);

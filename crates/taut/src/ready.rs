@@ -6,10 +6,10 @@ use std::sync::{Arc, OnceLock};
 use taut_core::error::Error as EngineError;
 use taut_core::field::{self, Fields, Ground, Logarithm, Source, Value};
 use taut_core::geodesics::Geodesics;
-use taut_core::surface::Node;
+use taut_core::surface::{Node, Surface};
 use taut_core::{Vector, parallel, result};
 
-use crate::kind::{Kind, locate};
+use crate::kind::{Kind, Located, Place, locate};
 use crate::size::{coordinates, flat, padded};
 use crate::{
     Check, Distances, End, Error, FieldOptions, Logarithms, Matrix, Path, PathOptions, Shot,
@@ -52,20 +52,17 @@ pub(crate) trait AskField: Send + Sync {
 }
 
 /// A surface made ready.
-pub(crate) struct Ready<const D: usize, S: Kind<D>> {
-    geodesics: Geodesics<D, S>,
+pub(crate) struct Ready<const D: usize> {
+    geodesics: Geodesics<D, Kind<D>>,
     /// The number of coordinates of a point.
     dimension: usize,
     /// What fields start from, found for the first.
-    ground: OnceLock<Result<Arc<Ground<D, S::Place>>, EngineError>>,
+    ground: OnceLock<Result<Arc<Ground<D, Place<D>>>, EngineError>>,
     doubts: Vec<String>,
 }
 
-/// A node of the surface, and how far the point was moved there.
-type Located<const D: usize, S> = (Node<D, <S as taut_core::surface::Surface<D>>::Place>, f64);
-
-impl<const D: usize, S: Kind<D>> Ready<D, S> {
-    pub fn new(geodesics: Geodesics<D, S>, dimension: usize) -> Self {
+impl<const D: usize> Ready<D> {
+    pub fn new(geodesics: Geodesics<D, Kind<D>>, dimension: usize) -> Self {
         Self {
             doubts: geodesics.surface().doubts(),
             geodesics,
@@ -74,7 +71,7 @@ impl<const D: usize, S: Kind<D>> Ready<D, S> {
         }
     }
 
-    fn locate(&self, end: &End) -> Result<Located<D, S>, Error> {
+    fn locate(&self, end: &End) -> Result<Located<D>, Error> {
         let found = locate(self.geodesics.surface(), self.dimension, end);
         found.map_err(|reason| Error::NoPlace {
             end: end.clone(),
@@ -82,18 +79,18 @@ impl<const D: usize, S: Kind<D>> Ready<D, S> {
         })
     }
 
-    fn ground(&self) -> Result<Arc<Ground<D, S::Place>>, Error> {
-        let made = || S::fields(&self.geodesics, None).map(|fields| Arc::clone(fields.ground()));
+    fn ground(&self) -> Result<Arc<Ground<D, Place<D>>>, Error> {
+        let made = || Kind::fields(&self.geodesics, None).map(|fields| Arc::clone(fields.ground()));
         Ok(self.ground.get_or_init(made).clone()?)
     }
 
-    fn fields(&self) -> Result<Fields<'_, D, S>, Error> {
+    fn fields(&self) -> Result<Fields<'_, D, Kind<D>>, Error> {
         Ok(Fields::on(&self.geodesics, self.ground()?))
     }
 
     /// A path in the coordinates of the input, whose ends were moved so far.
     fn path(&self, path: &result::Path<D>, moved: [f64; 2]) -> Path {
-        let centre = self.geodesics.surface().centre();
+        let centre = self.geodesics.surface().origin();
         Path {
             status: path.status,
             length: path.length,
@@ -110,10 +107,7 @@ impl<const D: usize, S: Kind<D>> Ready<D, S> {
     }
 }
 
-impl<const D: usize, S: Kind<D> + Send + Sync + 'static> Ask for Ready<D, S>
-where
-    S::Place: Send + Sync + 'static,
-{
+impl<const D: usize> Ask for Ready<D> {
     fn dimension(&self) -> usize {
         self.dimension
     }
@@ -146,7 +140,7 @@ where
         options: &PathOptions,
         progress: Progress<'_>,
     ) -> Result<Matrix, Error> {
-        let nodes = |ends: &[End]| -> Result<Vec<Node<D, S::Place>>, Error> {
+        let nodes = |ends: &[End]| -> Result<Vec<Node<D, Place<D>>>, Error> {
             let located = ends.iter().map(|end| Ok(self.locate(end)?.0));
             located.collect()
         };
@@ -195,7 +189,7 @@ where
             let start = *start;
             Ok(Source { node, start })
         });
-        let located: Vec<Source<D, S::Place>> = located.collect::<Result<_, Error>>()?;
+        let located: Vec<Source<D, Place<D>>> = located.collect::<Result<_, Error>>()?;
         let ground = self.ground()?;
         let fields = Fields::on(&self.geodesics, Arc::clone(&ground));
         let field = fields.from(&located[..], &options.settings())?;
@@ -222,7 +216,7 @@ where
         let shot = self
             .fields()?
             .exponential(&node, &padded(vector), &options.settings())?;
-        let centre = self.geodesics.surface().centre();
+        let centre = self.geodesics.surface().origin();
         Ok(Shot {
             dimension: self.dimension,
             points: flat(&shot.points, &centre, self.dimension),
@@ -246,18 +240,15 @@ where
 }
 
 /// A field on a surface that it keeps alive.
-struct Found<const D: usize, S: Kind<D>> {
-    ready: Arc<Ready<D, S>>,
+struct Found<const D: usize> {
+    ready: Arc<Ready<D>>,
     /// What the field was found on.
-    ground: Arc<Ground<D, S::Place>>,
+    ground: Arc<Ground<D, Place<D>>>,
     field: field::Field<D>,
     sources: u32,
 }
 
-impl<const D: usize, S: Kind<D> + Send + Sync + 'static> AskField for Found<D, S>
-where
-    S::Place: Send + Sync + 'static,
-{
+impl<const D: usize> AskField for Found<D> {
     fn at_rows(&self) -> Result<Distances, Error> {
         let fields = self.fields();
         let surface = self.ready.geodesics.surface();
@@ -294,14 +285,14 @@ where
     }
 }
 
-impl<const D: usize, S: Kind<D>> Found<D, S> {
-    fn fields(&self) -> Fields<'_, D, S> {
+impl<const D: usize> Found<D> {
+    fn fields(&self) -> Fields<'_, D, Kind<D>> {
         Fields::on(&self.ready.geodesics, Arc::clone(&self.ground))
     }
 
     fn logarithms(
         &self,
-        fields: &Fields<'_, D, S>,
+        fields: &Fields<'_, D, Kind<D>>,
         found: impl Iterator<Item = Option<Logarithm<D>>>,
     ) -> Logarithms {
         let dimension = self.ready.dimension;

@@ -383,13 +383,14 @@ fn ready<const D: usize>(coordinates: usize, given: &Given<'_>) -> Result<Surfac
         Given::Law(implicit) => {
             let searched = implicit.searched::<D>()?;
             let seeds: Vec<Vector<D>> = implicit.seeds(&searched)?;
-            let geodesics = implicit.sampled(&[&searched.low, &searched.high], &seeds)?;
+            let sampled = implicit.sampled(&[&searched.low, &searched.high], &seeds)?;
             return Ok(Surface {
-                ready: Arc::new(Ready::new(geodesics, coordinates)),
+                ready: Arc::new(Ready::new(sampled.into_kind(), coordinates)),
             });
         }
     };
+    let geodesics = Geodesics::of_atlas(atlas).into_kind();
     Ok(Surface {
-        ready: Arc::new(Ready::new(Geodesics::of_atlas(atlas), coordinates)),
+        ready: Arc::new(Ready::new(geodesics, coordinates)),
     })
 }

@@ -6,10 +6,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
+use taut::kind::Kind;
 use taut::size::flat;
 use taut::{End, coordinate};
 use taut_core::error::Error;
 use taut_core::field::{Field, Fields, Isoline};
+use taut_core::surface::Surface;
 use taut_core::{Vector, parallel};
 use taut_io::{Content, Polyline, write_polylines};
 
@@ -20,7 +22,6 @@ use crate::outputs::Files;
 use crate::picture::Levels;
 use crate::progress::Progress;
 use crate::ready::Ready;
-use crate::surface::Show;
 
 #[derive(Debug, Args)]
 pub struct IsolineFlags {
@@ -53,10 +54,10 @@ impl IsolineFlags {
     }
 
     /// The lines of a field, at `levels` where none are given.
-    pub fn find<const D: usize, S: Show<D>>(
+    pub fn find<const D: usize>(
         &self,
-        ready: &Ready<'_, D, S>,
-        fields: &Fields<'_, D, S>,
+        ready: &Ready<'_, D>,
+        fields: &Fields<'_, D, Kind<D>>,
         field: &Field<D>,
         levels: &Levels,
     ) -> Result<Vec<Line>, Error> {
@@ -66,11 +67,11 @@ impl IsolineFlags {
         };
         let surface = ready.geodesics.surface();
         let error = |point: &Vector<D>| {
-            let end = End::Point((point + surface.centre()).as_slice().to_vec());
+            let end = End::Point((point + surface.origin()).as_slice().to_vec());
             let located = surface.locate(&end).ok()?;
             Some(fields.at(field, &located.0).error)
         };
-        let centre = surface.centre();
+        let centre = surface.origin();
         let line = |i: usize| Line::new(&found[i], &centre, ready.dimension, &error);
         Ok(parallel::map(found.len(), line))
     }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use taut::kind::{Kind, Place};
 use taut_core::correction;
 use taut_core::geodesics::{Geodesics, Origin};
-use taut_core::guess::Guide;
 use taut_core::parallel;
 use taut_core::surface::Node;
 
@@ -13,7 +13,6 @@ use crate::exit::Failure;
 use crate::matrix::plan::{Block, Plan};
 use crate::progress::Progress;
 use crate::ready::Ready;
-use crate::surface::Show;
 
 /// What is to be found.
 pub struct Work<'a> {
@@ -39,9 +38,9 @@ const NODE: usize = 8;
 
 /// Finds the paths between nodes for all blocks that are left, and hands over each block when it is
 /// done.
-pub fn fill<const D: usize, S: Show<D>>(
-    ready: &Ready<'_, D, S>,
-    nodes: &[Node<D, S::Place>],
+pub fn fill<const D: usize>(
+    ready: &Ready<'_, D>,
+    nodes: &[Node<D, Place<D>>],
     work: &Work<'_>,
     keep: Keep<'_>,
 ) -> Result<(), Failure> {
@@ -57,9 +56,9 @@ pub fn fill<const D: usize, S: Show<D>>(
 
 /// Every pair. Rows go in strips, as many as memory holds distances for; each strip meets all columns, so that
 /// a column's distances are found once a strip.
-fn all<const D: usize, S: Show<D>>(
-    ready: &Ready<'_, D, S>,
-    [rows, columns]: [&[Node<D, S::Place>]; 2],
+fn all<const D: usize>(
+    ready: &Ready<'_, D>,
+    [rows, columns]: [&[Node<D, Place<D>>]; 2],
     work: &Work<'_>,
     keep: Keep<'_>,
 ) -> Result<(), Failure> {
@@ -102,12 +101,12 @@ fn all<const D: usize, S: Show<D>>(
 }
 
 /// The distances along the graph from some of many nodes.
-struct Origins<const D: usize, P> {
+struct Origins<const D: usize> {
     range: Range<usize>,
-    origins: Vec<Origin<D, P>>,
+    origins: Vec<Origin<D, Place<D>>>,
 }
 
-impl<const D: usize, P: Copy + Send + Sync> Origins<D, P> {
+impl<const D: usize> Origins<D> {
     fn none() -> Self {
         Self {
             range: 0..0,
@@ -115,9 +114,9 @@ impl<const D: usize, P: Copy + Send + Sync> Origins<D, P> {
         }
     }
 
-    fn new<S: Guide<D, Place = P>>(
-        geodesics: &Geodesics<D, S>,
-        nodes: &[Node<D, P>],
+    fn new(
+        geodesics: &Geodesics<D, Kind<D>>,
+        nodes: &[Node<D, Place<D>>],
         range: Range<usize>,
     ) -> Self {
         let chosen = &nodes[range.clone()];
@@ -131,15 +130,15 @@ impl<const D: usize, P: Copy + Send + Sync> Origins<D, P> {
         self.range.start <= range.start && range.end <= self.range.end
     }
 
-    fn of(&self, index: usize) -> &Origin<D, P> {
+    fn of(&self, index: usize) -> &Origin<D, Place<D>> {
         &self.origins[index - self.range.start]
     }
 }
 
 /// The pairs within a radius, and those whose length is unknown.
-fn near<const D: usize, S: Show<D>>(
-    ready: &Ready<'_, D, S>,
-    [rows, columns]: [&[Node<D, S::Place>]; 2],
+fn near<const D: usize>(
+    ready: &Ready<'_, D>,
+    [rows, columns]: [&[Node<D, Place<D>>]; 2],
     radius: f64,
     work: &Work<'_>,
     keep: Keep<'_>,

@@ -25,7 +25,6 @@ use crate::pairs::Ends;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
 use crate::sites::ends_of_file;
-use crate::surface::Show;
 use fill::{Keep, Work};
 use journal::{Done, Journal};
 use plan::{Block, Plan};
@@ -174,11 +173,7 @@ impl Question for Filling<'_> {
         Ok(self.ends.clone())
     }
 
-    fn answer<const D: usize, S: Show<D>>(
-        self,
-        ready: &Ready<'_, D, S>,
-        _: &Progress,
-    ) -> Result<(), Failure> {
+    fn answer<const D: usize>(self, ready: &Ready<'_, D>, _: &Progress) -> Result<(), Failure> {
         let nodes = Ends::new(ready, &self.ends).nodes()?;
         self.fill(ready.dimension, &|work, keep| {
             fill::fill(ready, &nodes, work, keep)

@@ -15,7 +15,7 @@ use crate::numbers::rounded;
 use crate::output::{line, tell};
 use crate::picture;
 use crate::progress::Progress;
-use crate::ready::{self, Charts, Visit};
+use crate::ready::{self, Ready, Visit};
 use crate::sample::flags::Flags;
 use crate::sites;
 use crate::source::Source;
@@ -58,7 +58,7 @@ impl Visit for Farthest<'_> {
 
     fn charts<const D: usize>(
         self,
-        ready: &Charts<'_, D>,
+        ready: &Ready<'_, D>,
         progress: &Progress,
     ) -> Result<Facts, Failure> {
         let Self(flags) = self;
@@ -66,6 +66,7 @@ impl Visit for Farthest<'_> {
             return Err(no_cloud());
         }
         ready.note_changes(progress);
+        let atlas = ready.atlas()?;
         let refused = |error| ready.refused(error);
         let ends =
             sites::ends_of_sources("--sources", &flags.sources(), ready.dimension, progress)?;
@@ -81,7 +82,7 @@ impl Visit for Farthest<'_> {
                 progress.done(1);
             })
             .map_err(refused)?;
-        let cloud = ready.geodesics.surface().cloud();
+        let cloud = atlas.cloud();
         let kept: Vec<_> = found.points.iter().map(|i| cloud.points[*i]).collect();
         let row_of_file = |i: &usize| {
             let read = cloud.rows[*i] as usize;
@@ -112,7 +113,7 @@ fn no_cloud() -> Failure {
 }
 
 /// The point of the cloud that an end names.
-fn point<const D: usize>(ready: &Charts<'_, D>, end: &End) -> Result<usize, Failure> {
+fn point<const D: usize>(ready: &Ready<'_, D>, end: &End) -> Result<usize, Failure> {
     let End::Row(row) = end else {
         let reason = "found coordinates, expected a row of the file, because --farthest keeps points of the file";
         return Err(refused(end, reason));
@@ -121,7 +122,7 @@ fn point<const D: usize>(ready: &Charts<'_, D>, end: &End) -> Result<usize, Fail
         Some(kept) => kept.binary_search(row).ok(),
         None => Some(*row),
     };
-    let points = &ready.geodesics.surface().cloud().point_of_row;
+    let points = &ready.atlas()?.cloud().point_of_row;
     let point = read.and_then(|row| points.get(row).copied().flatten());
     let point = point.ok_or_else(|| refused(end, "the row is not among the points of the surface"));
     Ok(point? as usize)

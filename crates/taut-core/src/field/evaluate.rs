@@ -13,7 +13,7 @@ use crate::field::sources::nearest_entrance;
 use crate::field::{Field, Fields, Other, frame, manifold};
 use crate::guess::Guide;
 use crate::parallel;
-use crate::surface::atlas::Atlas;
+use crate::surface::atlas::{Atlas, ChartIndex};
 use crate::surface::{Geometry, Node};
 
 /// How uncertain the place of a rim that rays graze is, in spacings of the graph's nodes.
@@ -208,12 +208,11 @@ impl<const D: usize> Field<D> {
     }
 }
 
-impl<const D: usize> Fields<'_, D, Atlas<D>> {
+impl<const D: usize, S: Guide<D, Place: From<ChartIndex>>> Fields<'_, D, S> {
     /// The node of the graph nearest to each point of the cloud, on the point's sheet. It is
     /// searched for because charts may own points that are far from them on noisy clouds.
-    fn places(&self) -> &[u32] {
+    fn places(&self, atlas: &Atlas<D>) -> &[u32] {
         self.ground.places.get_or_init(|| {
-            let atlas = self.geodesics.surface();
             let points = &atlas.cloud().points;
             let graph = self.geodesics.graph();
             parallel::map(points.len(), |i| {
@@ -225,28 +224,31 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
     /// The field at the points of the cloud, in the order of
     /// [`Cloud::points`](crate::cloud::Cloud::points). On a model, which keeps no points, it is the
     /// field at the origins of its charts where fields are marched. An outlier has the distance of
-    /// its foot on the surface, and the way there is part of its error.
+    /// its foot on the surface, and the way there is part of its error. A surface that is no atlas
+    /// has no points.
     ///
     /// O(n), in parallel.
     #[must_use]
     pub fn at_points(&self, field: &Field<D>) -> Vec<Value<D>> {
-        let atlas = self.geodesics.surface();
+        let Some(atlas) = self.geodesics.surface().atlas() else {
+            return Vec::new();
+        };
         if let Some(Other::Cost(found)) = &field.other {
             if atlas.has_points() {
                 return found.values.clone();
             }
             let origins = atlas.nodes();
-            return parallel::map(origins.len(), |i| self.at(field, &origins[i]));
+            return parallel::map(origins.len(), |i| self.at(field, &origins[i].into_kind()));
         }
         let share = if atlas.is_noisy() {
             OFF_SURFACE
         } else {
             ON_SURFACE
         };
-        let (points, places) = (&atlas.cloud().points, self.places());
+        let (points, places) = (&atlas.cloud().points, self.places(atlas));
         parallel::map(points.len(), |i| {
             if atlas.is_off(i) {
-                self.at_outlier(field, i)
+                self.at_outlier(field, atlas, i)
             } else {
                 self.at_node(field, places[i], &points[i], share)
             }
@@ -255,12 +257,11 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
 
     /// The field at the foot of a point that lies off the surface. How far it lies off is part of
     /// the error. Where the point has no foot its distance is not a number.
-    fn at_outlier(&self, field: &Field<D>, point: usize) -> Value<D> {
-        let atlas = self.geodesics.surface();
+    fn at_outlier(&self, field: &Field<D>, atlas: &Atlas<D>, point: usize) -> Value<D> {
         let Ok(foot) = atlas.node_of_point(point) else {
             return Value::unknown();
         };
-        let mut value = self.at(field, &foot);
+        let mut value = self.at(field, &foot.into_kind());
         value.error += (foot.point - atlas.cloud().points[point]).norm();
         value
     }

@@ -5,7 +5,8 @@
 
 use crate::error::Error;
 use crate::field::{Fields, Settings, Source};
-use crate::surface::atlas::Atlas;
+use crate::guess::Guide;
+use crate::surface::atlas::ChartIndex;
 
 /// Points of a cloud that are far from each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,14 +22,14 @@ pub struct Farthest {
     pub error: f64,
 }
 
-impl<const D: usize> Fields<'_, D, Atlas<D>> {
+impl<const D: usize, S: Guide<D, Place: From<ChartIndex>>> Fields<'_, D, S> {
     /// Finds `count` points, of which `first` are given. Each of the others is farther from those
     /// before it than any other point of the cloud is; a component of the surface without any comes
     /// first. `done` is told the index of each point that is found.
     ///
     /// # Errors
-    /// The same errors as [`from`](Self::from), and [`Error::NoSuchPoint`] where a given point is
-    /// not among the cloud's.
+    /// The same errors as [`from`](Self::from), [`Error::NoCloud`] where the surface is no atlas,
+    /// and [`Error::NoSuchPoint`] where a given point is not among the cloud's.
     ///
     /// Each point takes one field, no farther than the cover so far.
     pub fn farthest(
@@ -38,7 +39,7 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
         settings: &Settings,
         done: impl Fn(usize),
     ) -> Result<Farthest, Error> {
-        let atlas = self.geodesics.surface();
+        let atlas = self.geodesics.surface().atlas().ok_or(Error::NoCloud)?;
         let rows = &atlas.cloud().rows;
         let mut distances = vec![f64::INFINITY; rows.len()];
         let mut errors = vec![0.0; rows.len()];
@@ -69,7 +70,10 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
                     continue;
                 }
             };
-            let source = Source { node, start: 0.0 };
+            let source = Source {
+                node: node.into_kind(),
+                start: 0.0,
+            };
             let settings = Settings {
                 max_distance: settings.max_distance.min(cover),
                 ..*settings

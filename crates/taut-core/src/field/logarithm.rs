@@ -14,7 +14,7 @@ use crate::field::rays::piece::Piece;
 use crate::field::{Field, Fields, frame};
 use crate::guess::Guide;
 use crate::parallel;
-use crate::surface::atlas::Atlas;
+use crate::surface::atlas::ChartIndex;
 use crate::surface::{Geometry, Node};
 
 /// Error of an angle, in radians, above which paths are pulled taut where rays draw together.
@@ -212,10 +212,10 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 }
 
-impl<const D: usize> Fields<'_, D, Atlas<D>> {
+impl<const D: usize, S: Guide<D, Place: From<ChartIndex>>> Fields<'_, D, S> {
     /// The logarithms of the points of the cloud, in the order of
     /// [`Cloud::points`](crate::cloud::Cloud::points); `None` where a point is unreached or has no
-    /// foot.
+    /// foot. A surface that is no atlas has no points.
     ///
     /// O(n), in parallel.
     ///
@@ -225,11 +225,13 @@ impl<const D: usize> Fields<'_, D, Atlas<D>> {
         if field.other.is_some() || field.is_of_curve() {
             return Err(Error::NoDirections);
         }
-        let atlas = self.geodesics.surface();
+        let Some(atlas) = self.geodesics.surface().atlas() else {
+            return Ok(Vec::new());
+        };
         let scratch = || Geometry::new(D - 2);
         let of_point = |geometry: &mut _, point: usize| {
             let node = atlas.node_of_point(point).ok()?;
-            self.logarithm_at(field, &node, geometry)
+            self.logarithm_at(field, &node.into_kind(), geometry)
         };
         let count = atlas.cloud().points.len();
         Ok(parallel::map_with(count, scratch, of_point))

@@ -61,7 +61,7 @@ use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::graph::{Edge, Graph};
 use crate::parallel;
-use crate::surface::atlas::{Atlas, Lists};
+use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node, Surface};
 use rays::bend::Rims;
 use rays::branches::Branch;
@@ -316,17 +316,20 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     }
 }
 
-impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
+impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     /// A field on a cloud or a model, found by what suits its surface. Where the surface is smooth,
     /// rays are used. Where it is rough, so that rays scatter, the distance is marched over its
-    /// points with a cost of 1. A model keeps no points, so points are put all over it.
+    /// points with a cost of 1. A model keeps no points, so points are put all over it. A surface
+    /// that is no atlas has the field of [`new`](Self::new).
     ///
     /// # Errors
     /// The same errors as [`with_cost`](Self::with_cost).
     ///
     /// O(n) in the points of the cloud, in parallel.
-    pub fn of_cloud(geodesics: &'a Geodesics<D, Atlas<D>>) -> Result<Self, Error> {
-        let atlas = geodesics.surface();
+    pub fn of_cloud(geodesics: &'a Geodesics<D, S>) -> Result<Self, Error> {
+        let Some(atlas) = geodesics.surface().atlas() else {
+            return Ok(Self::new(geodesics));
+        };
         let spacing = spacing(geodesics.graph());
         if atlas.intrinsic_dimension() != 2 {
             return Ok(Self::with_spacing(geodesics, spacing));
@@ -366,16 +369,18 @@ impl<'a, const D: usize> Fields<'a, D, Atlas<D>> {
     /// those of travel. The tolerance of the settings has no effect on them.
     ///
     /// # Errors
-    /// [`Error::NoCosts`] on surfaces of more than two dimensions, [`Error::WrongCosts`],
-    /// [`Error::BadCost`] and [`Error::BadSlope`] where costs are not what [`Cost`] says.
+    /// [`Error::NoCloud`] on a surface that is no atlas, [`Error::NoCosts`] on one of more than two
+    /// dimensions, [`Error::WrongCosts`], [`Error::BadCost`] and [`Error::BadSlope`] where costs
+    /// are not what [`Cost`] says.
     ///
     /// O(n) in the points of the cloud, in parallel.
-    pub fn with_cost(geodesics: &'a Geodesics<D, Atlas<D>>, cost: &Cost) -> Result<Self, Error> {
-        let net = cost::Net::new(geodesics.surface(), cost)?;
+    pub fn with_cost(geodesics: &'a Geodesics<D, S>, cost: &Cost) -> Result<Self, Error> {
+        let atlas = geodesics.surface().atlas().ok_or(Error::NoCloud)?;
+        let net = cost::Net::new(atlas, cost)?;
         Ok(Self::with_net(geodesics, net))
     }
 
-    fn with_net(geodesics: &'a Geodesics<D, Atlas<D>>, net: cost::Net<D>) -> Self {
+    fn with_net(geodesics: &'a Geodesics<D, S>, net: cost::Net<D>) -> Self {
         let ground = Ground {
             frames: Vec::new(),
             any_frames: Vec::new(),

@@ -9,7 +9,6 @@ use crate::field::{Field, Fields, Settings, Source, Sources};
 use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::Node;
-use crate::surface::atlas::{Atlas, ChartIndex};
 
 /// Largest ratio of a step from a node of the graph to a point beside it, which bends with the
 /// surface, to the step's chord.
@@ -174,23 +173,29 @@ impl PartialOrd for Passed {
     }
 }
 
-impl<const D: usize> Fields<'_, D, Atlas<D>> {
+impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     /// The field of [`nearest_of`](Self::nearest_of) for the points of the cloud. Costs also end
-    /// there, because their march passes points in the order of cost.
+    /// there, because their march passes points in the order of cost. On a surface that is no
+    /// atlas, which has no points, it is the field of [`from`](Self::from).
     ///
     /// # Errors
     /// The same errors as [`from`](Self::from).
     pub fn nearest<'s>(
         &self,
-        sources: impl Into<Sources<'s, D, ChartIndex>>,
+        sources: impl Into<Sources<'s, D, S::Place>>,
         count: usize,
         settings: &Settings,
-    ) -> Result<Field<D>, Error> {
+    ) -> Result<Field<D>, Error>
+    where
+        S::Place: 's,
+    {
         let sources = sources.into().simplified();
         if let Some(net) = &self.ground.net {
             return self.by_cost(net, sources, count, settings);
         }
-        let atlas = self.geodesics.surface();
+        let Some(atlas) = self.geodesics.surface().atlas() else {
+            return self.from(sources, settings);
+        };
         let nodes = &self.geodesics.graph().nodes;
         let points = atlas.cloud().points.iter().enumerate().map(|(i, x)| {
             let owner = atlas.owner(i);

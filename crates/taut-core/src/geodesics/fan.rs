@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use crate::geodesics::ray::{Aim, Pass, Ray};
+use crate::order::sort_by_number;
 use crate::surface::{Node, Surface};
 
 /// A geodesic that reaches the target without a conjugate point on the way.
@@ -127,7 +128,7 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
     }
     let mut arrivals: Vec<Arrival<D, S::Place>> = Vec::new();
     let mut brackets = std::mem::take(&mut fan.brackets);
-    brackets.sort_by(|a, b| about(a)[0].total_cmp(&about(b)[0]));
+    sort_by_number(&mut brackets, |bracket| about(bracket)[0]);
     // The shortest come first, and brackets whose arrivals must be longer than one that is found
     // are left out.
     for bracket in brackets {
@@ -141,14 +142,14 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
         };
         arrivals.extend(arrival.pass.minimal.then_some(arrival));
     }
-    fan.touching
-        .sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.total_cmp(&b.0)));
+    sort_by_number(&mut fan.touching, |ray| ray.0);
+    sort_by_number(&mut fan.touching, |ray| ray.1);
     // All these rays are as long as each other as far as a ray can tell, as all meridians from pole
     // to pole are.
     for (angle, length) in fan.touching.iter().take(2) {
         arrivals.extend(fan.shot(*angle, *length));
     }
-    arrivals.sort_by(|a, b| a.length().total_cmp(&b.length()));
+    sort_by_number(&mut arrivals, Arrival::length);
     Some(Sweep {
         arrivals,
         covered: fan.covered,

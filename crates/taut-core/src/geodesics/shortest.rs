@@ -6,6 +6,7 @@ use crate::correction::newton::Solver;
 use crate::correction::{self, Scheme, Settings, Straight, shares};
 use crate::geodesics::fan::{Arrival, Sweep, sweep};
 use crate::geodesics::ray::Aim;
+use crate::order::sort_by_number;
 use crate::result::{Path, Status};
 use crate::surface::{Node, Surface};
 
@@ -114,12 +115,10 @@ impl<const D: usize> Found<D> {
     /// than all that did comes first, because it shows that none of them is the shortest.
     pub fn best_first(mut self) -> Vec<Path<D>> {
         let proven = self.proves_shortest();
-        let order = |a: &Path<D>, b: &Path<D>| {
-            let trust = distrust(a).cmp(&distrust(b));
-            trust.then(a.length.total_cmp(&b.length))
-        };
-        self.paths.sort_by(order);
-        self.unsure.sort_by(order);
+        for paths in [&mut self.paths, &mut self.unsure] {
+            sort_by_number(paths, |path| path.length);
+            sort_by_number(paths, |path| f64::from(distrust(path)));
+        }
         if let Some(unsure) = self.unsure.first()
             && (self.paths.first())
                 .is_none_or(|best| unsure.length < best.length - best.length_error)

@@ -56,6 +56,15 @@ impl<const D: usize, P: Copy> Graph<D, P> {
         }
     }
 
+    /// The same graph on a surface whose places are of another type.
+    pub(crate) fn into_kind<Q: From<P>>(self) -> Graph<D, Q> {
+        Graph {
+            nodes: self.nodes.into_iter().map(Node::into_kind).collect(),
+            starts: self.starts,
+            edges: self.edges,
+        }
+    }
+
     /// The mean length of the edges; 0 where there are none.
     pub(crate) fn mean_edge(&self) -> f32 {
         let sum: f32 = self.edges.iter().map(|edge| edge.length).sum();

@@ -13,6 +13,7 @@ pub(crate) mod queue;
 pub(crate) mod routes;
 pub mod sampling;
 
+use crate::surface::atlas::Atlas;
 use crate::surface::{Node, Surface};
 
 /// Largest distance between samples, or between particles at rest, that may be joined, in spacings.
@@ -48,5 +49,11 @@ pub trait Guide<const D: usize>: Surface<D> {
     /// parts of the surface are missing from the graph.
     fn apart(&self, _from: Option<u32>, _to: Option<u32>) -> bool {
         true
+    }
+
+    /// The atlas that the surface is, which knows the points that it was put through; `None` for a
+    /// surface of another kind.
+    fn atlas(&self) -> Option<&Atlas<D>> {
+        None
     }
 }

@@ -146,3 +146,14 @@ pub struct Node<const D: usize, P> {
     /// Where on the surface the point lies.
     pub place: P,
 }
+
+impl<const D: usize, P> Node<D, P> {
+    /// The same node of a surface whose places are of another type.
+    #[must_use]
+    pub fn into_kind<Q: From<P>>(self) -> Node<D, Q> {
+        Node {
+            point: self.point,
+            place: self.place.into(),
+        }
+    }
+}

@@ -12,6 +12,7 @@ use crate::field::cost::Slope;
 use crate::field::cost::net::{Net, Rings, Spoke};
 use crate::field::cost::update::{Known, Way, through};
 use crate::field::rays::frame::Frame;
+use crate::order::sort_by_number;
 use crate::parallel;
 
 /// Number of points nearest to a source that take the straight way from it.
@@ -142,10 +143,7 @@ pub(crate) fn find<const D: usize>(
     let mut order: Vec<u32> = (0..first.len() as u32)
         .filter(|i| first[*i as usize].cost.is_finite())
         .collect();
-    order.sort_by(|a, b| {
-        let cost = |i: u32| first[i as usize].cost;
-        cost(*a).total_cmp(&cost(*b)).then(a.cmp(b))
-    });
+    sort_by_number(&mut order, |i| first[*i as usize].cost);
     // Rings of two sizes err by different multiples of the same power of their size.
     let rings = [&net.inner, &net.outer];
     let swept = parallel::map(rings.len(), |i| swept(net, rings[i], &first, &order));

@@ -8,6 +8,7 @@ use crate::field::rays::branches::{
     AT_SOURCE, MOST_BRANCHES, NEAREST, REACH, SAME_DIRECTION, SAME_DISTANCE,
 };
 use crate::field::rays::frame::ON_SURFACE;
+use crate::order::sort_by_number;
 use crate::{Matrix, Vector};
 
 /// A way by which a distance may reach the neighbourhood of a node.
@@ -103,7 +104,7 @@ pub(crate) fn branches<'a, const D: usize>(
     if jets.iter().any(|jet| good(jet.2)) {
         jets.retain(|jet| good(jet.2));
     }
-    jets.sort_by(|a, b| b.0.total_cmp(&a.0));
+    sort_by_number(&mut jets, |jet| -jet.0);
     let mut groups: Vec<Group<D>> = Vec::new();
     for (weight, jet, sample, source) in jets {
         let taking = groups
@@ -147,7 +148,7 @@ pub(crate) fn branches<'a, const D: usize>(
             at_source: true,
         });
     }
-    branches.sort_by(|a, b| a.jet.distance.total_cmp(&b.jet.distance));
+    sort_by_number(&mut branches, |branch| branch.jet.distance);
     if let Some(least) = branches.first().map(|b| b.jet.distance) {
         branches.retain(|b| b.jet.distance <= least + 2.0 * spacing);
     }

@@ -7,6 +7,7 @@ use crate::field::rays::fan::Sample;
 use crate::field::rays::frame::{Frame, ON_SURFACE};
 use crate::field::rays::jet::{Heading, Jet};
 use crate::field::rays::piece::Piece;
+use crate::order::sort_by_number;
 
 /// A way by which a distance may reach the neighbourhood of a node.
 #[derive(Clone, Copy, Debug)]
@@ -209,10 +210,8 @@ pub(crate) fn branches<'a, const D: usize>(
         jets.retain(|jet| is_beside(&jet.2));
     }
     // Straight rays come first, because there may be many rays that came round a rough rim.
-    jets.sort_by(|a, b| {
-        let bent = |jet: &Jet| jet.heading.is_bent();
-        bent(&a.2).cmp(&bent(&b.2)).then(b.0.total_cmp(&a.0))
-    });
+    sort_by_number(&mut jets, |jet| -jet.0);
+    sort_by_number(&mut jets, |jet| f64::from(jet.2.heading.is_bent()));
     let mut groups: Vec<Group> = Vec::new();
     for (weight, doubt, jet, sample, source) in jets {
         let mut group = groups
@@ -255,7 +254,7 @@ pub(crate) fn branches<'a, const D: usize>(
     };
     let mut branches: Vec<Branch> = groups.iter().map(of_group).collect();
     add_pieces(&mut branches, &pieces.collect::<Vec<_>>(), frame, spacing);
-    branches.sort_by(|a, b| a.believed().total_cmp(&b.believed()));
+    sort_by_number(&mut branches, Branch::believed);
     if let Some(least) = branches.first().map(|b| b.jet.distance) {
         branches.retain(|b| b.jet.distance <= least + 2.0 * spacing);
     }

@@ -12,6 +12,7 @@ use crate::field::rays::jet::direction_at;
 use crate::field::rays::piece::Piece;
 use crate::field::{Field, Fields};
 use crate::guess::Guide;
+use crate::order::sort_by_number;
 use crate::parallel;
 use crate::surface::{Geometry, Node};
 
@@ -168,7 +169,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 });
             }
         }
-        claims.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        sort_by_number(&mut claims, |claim| claim.distance);
         Some(claims)
     }
 
@@ -236,7 +237,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         };
         let proven = self.proven(&claims, &end, spacing, (spacing, false));
         let mut found: Vec<Branch> = proven.into_iter().filter_map(of_proven).collect();
-        found.sort_by(|a, b| a.jet.distance.total_cmp(&b.jet.distance));
+        sort_by_number(&mut found, |branch| branch.jet.distance);
         found.truncate(MOST_BRANCHES);
         (!found.is_empty()).then_some(found)
     }

@@ -3,6 +3,7 @@
 
 use crate::Vector;
 use crate::guess::sampling::walk::Walker;
+use crate::order::sort_by_number;
 use crate::surface::implicit::Equations;
 
 /// Number of samples that ways are tried through where no way is known.
@@ -54,7 +55,7 @@ pub(super) fn ways<const D: usize, E: Equations<D>>(
     if found.is_empty() && !is_joined {
         found.extend(by_trees(walker, from, to, samples, gap));
     }
-    found.sort_by(|a, b| length(a).total_cmp(&length(b)));
+    sort_by_number(&mut found, |way| length(way));
     found.truncate(MOST_WAYS);
     found
 }

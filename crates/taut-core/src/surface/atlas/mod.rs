@@ -607,18 +607,24 @@ impl<const D: usize> Guide<D> for Atlas<D> {
             visit(*index);
         }
     }
+
+    fn atlas(&self) -> Option<&Self> {
+        Some(self)
+    }
 }
 
-impl<const D: usize> Geodesics<D, Atlas<D>> {
+impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     /// The component of an input row's point, where components are numbered by descending number of
-    /// charts; `None` for rows out of range or dropped.
+    /// charts; `None` for rows out of range or dropped, and on a surface that is no atlas.
     #[must_use]
     pub fn component_of_row(&self, row: usize) -> Option<u32> {
-        let atlas = self.surface();
+        let atlas = self.surface().atlas()?;
         let point = atlas.cloud.point_of_row.get(row).copied().flatten()?;
         Some(self.components()[atlas.owners[point as usize] as usize])
     }
+}
 
+impl<const D: usize> Geodesics<D, Atlas<D>> {
     /// Makes an atlas ready for path queries: its charts are the nodes of Algorithm 2's graph.
     #[must_use]
     pub fn of_atlas(atlas: Atlas<D>) -> Self {
