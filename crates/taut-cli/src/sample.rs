@@ -312,3 +312,48 @@ fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
     line(out, "density and curvature", &follows)?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use taut_io::PointSet;
+
+    use super::*;
+    use crate::source::Model;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        flags: Flags,
+    }
+
+    #[test]
+    fn sources_are_rows_of_the_file() {
+        let point = |i: usize| {
+            let z = 1.0 - (2 * i + 1) as f64 / 500.0;
+            let (sin, cos) = (2.399963 * i as f64).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            [radius * cos, radius * sin, z]
+        };
+        let points = PointSet {
+            dimension: 3,
+            coordinates: (0..500).flat_map(point).collect(),
+            rows_kept: Some((1000..1500).collect()),
+            ..PointSet::default()
+        };
+        let sampled = |row: &str| {
+            let words = ["sample", "points.las", "-n", "6", "--source", row];
+            let line = Line::try_parse_from(words).expect("flags");
+            let (model, progress) = (Model::default(), Progress::new(true));
+            ready::visit_points("points", &points, &model, Spread(&line.flags), &progress)
+        };
+        let found = sampled("1200").expect("a row that was read");
+        let misses = found.points.iter().zip(point(200));
+        assert!(
+            misses
+                .into_iter()
+                .all(|(found, given)| (found - given).abs() < 1e-3)
+        );
+        assert!(sampled("200").is_err());
+    }
+}
