@@ -1,7 +1,8 @@
 //! The surface, with arrays for answers.
 
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2,
+    PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -103,6 +104,12 @@ fn logarithms_dict<'py>(
         .into_pyarray(py)
         .reshape([sources, 2, coordinates])?;
     columns.set_item("tangents", tangents)?;
+    let points = found.transported.len();
+    let transported: Vec<f64> = found.transported.into_iter().flatten().flatten().collect();
+    let transported = transported
+        .into_pyarray(py)
+        .reshape([points, 2, coordinates])?;
+    columns.set_item("transported", transported)?;
     Ok(columns)
 }
 
@@ -280,6 +287,24 @@ impl Surface {
         found.set_item("complete", shot.complete)?;
         found.set_item("error", shot.error)?;
         Ok(found)
+    }
+
+    /// Orthonormal tangents at some points.
+    fn tangents<'py>(
+        &self,
+        py: Python<'py>,
+        points: Ends<'py>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let points = points.named()?;
+        let surface = self.surface.clone();
+        let shape = [
+            points.len(),
+            surface.intrinsic_dimension(),
+            surface.coordinates(),
+        ];
+        let found = run(py, threads, move || surface.tangents(&points))?;
+        found.into_pyarray(py).reshape(shape)
     }
 
     /// What is known of the surface.

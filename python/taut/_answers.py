@@ -147,12 +147,16 @@ class Logarithms(_Record):
         The nearest source; -1 where no geodesic leads to the point.
     tangents : (s, 2, d) array
         The two orthonormal tangents of each source.
+    transported : (n, 2, d) array
+        The tangents of the nearest source, carried in parallel along the geodesic to each point; not numbers where none
+        leads there.
     """
 
     vectors: Floats
     error: Floats
     source: Indices
     tangents: Floats
+    transported: Floats
 
     def __repr__(self) -> str:
         return f"Logarithms({len(self.vectors)} points, {len(self.tangents)} sources)"

@@ -61,6 +61,9 @@ pub struct Logarithms {
     pub source: Vec<Option<u32>>,
     /// Of each source the two orthonormal tangents in which the vectors are given.
     pub tangents: Vec<[Vec<f64>; 2]>,
+    /// The tangents of the nearest source, carried in parallel along the geodesic to each point; not numbers where no
+    /// geodesic leads to the point or its last piece is not known.
+    pub transported: Vec<[Vec<f64>; 2]>,
 }
 
 /// A geodesic shot from a point.

@@ -43,7 +43,8 @@
 //! | lengths between all of some points | [`Surface::matrix`] | distances to every point: a field is far cheaper |
 //! | distances to every point | [`Surface::distances`] | lengths to the tolerance of a path: a field is as accurate as its errors say |
 //! | distances from the same sources, anywhere | [`Surface::field`] | |
-//! | directions and distances from a source | [`Surface::log`] | rough scans |
+//! | directions and distances from a source, and its tangents carried along | [`Surface::log`] | rough scans |
+//! | tangents at points | [`Surface::tangents`] | |
 //! | where a geodesic leads | [`Surface::exp`] | |
 //! | is this cloud any good? | [`Surface::check`] | |
 //!

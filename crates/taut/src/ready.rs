@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use taut_core::error::Error as EngineError;
 use taut_core::field::{self, Fields, Ground, Logarithm, Source, Value};
 use taut_core::geodesics::Geodesics;
-use taut_core::surface::{Node, Surface};
+use taut_core::surface::{Geometry, Node, Surface};
 use taut_core::{Vector, parallel, result};
 
 use crate::kind::{Kind, Located, Place, locate};
@@ -40,6 +40,7 @@ pub(crate) trait Ask: Send + Sync {
         options: &FieldOptions,
     ) -> Result<Arc<dyn AskField>, Error>;
     fn shoot(&self, from: &End, vector: &[f64], options: &FieldOptions) -> Result<Shot, Error>;
+    fn tangents(&self, points: &[End]) -> Vec<f64>;
     fn check(&self) -> Check;
 }
 
@@ -226,6 +227,22 @@ impl<const D: usize> Ask for Ready<D> {
         })
     }
 
+    fn tangents(&self, points: &[End]) -> Vec<f64> {
+        let surface = self.geodesics.surface();
+        let k = surface.intrinsic_dimension();
+        let of = |scratch: &mut Geometry<D>, i: usize| -> Vec<f64> {
+            let located = self.locate(&points[i]).ok();
+            let is_known =
+                located.is_some_and(|(node, _)| surface.geometry(&node.point, node.place, scratch));
+            if !is_known {
+                return vec![f64::NAN; k * self.dimension];
+            }
+            let tangent = |j| coordinates(&scratch.tangent(j), self.dimension);
+            (0..k).flat_map(tangent).collect()
+        };
+        parallel::map_with(points.len(), || Geometry::new(D - k), of).concat()
+    }
+
     fn check(&self) -> Check {
         let report = self.geodesics.surface().report();
         Check {
@@ -309,6 +326,11 @@ impl<const D: usize> Found<D> {
             all.vectors.push(known.map_or([f64::NAN; 2], |l| l.vector));
             all.error.push(known.map_or(f64::NAN, |l| l.error));
             all.source.push(known.map(|l| l.source));
+            let transported = known.and_then(|l| l.transported);
+            all.transported.push(transported.map_or_else(
+                || [vec![f64::NAN; dimension], vec![f64::NAN; dimension]],
+                |tangents| tangents.map(|tangent| coordinates(&tangent, dimension)),
+            ));
         }
         all
     }

@@ -298,6 +298,14 @@ impl Surface {
         self.ready.shoot(&from.into(), vector, options)
     }
 
+    /// Orthonormal tangents of the surface at some points: k vectors of as many coordinates as the points have, one point
+    /// after the other; not numbers at those without a place on the surface. O(1) for each point.
+    #[must_use]
+    pub fn tangents<E: Clone + Into<End>>(&self, points: &[E]) -> Vec<f64> {
+        let points: Vec<End> = points.iter().cloned().map(Into::into).collect();
+        self.ready.tangents(&points)
+    }
+
     /// What is known of the surface, and what speaks against answers on it.
     #[must_use]
     pub fn check(&self) -> Check {
