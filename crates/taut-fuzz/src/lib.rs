@@ -18,7 +18,13 @@ mod lists;
 mod models;
 mod readers;
 
+use std::time::Duration;
+
 use bytes::Bytes;
+
+/// No input may take more CPU time than this. The time that passes on the clock is not limited here,
+/// because it is long for any input when the machine is busy.
+const LONGEST: Duration = Duration::from_secs(10);
 
 /// Something to call with any bytes.
 #[derive(Clone, Copy)]
@@ -26,7 +32,7 @@ pub struct Target {
     /// The name of its folders and of its program in `fuzz/`.
     pub name: &'static str,
     /// Panics where what must hold does not.
-    pub run: fn(&[u8]),
+    run: fn(&[u8]),
 }
 
 macro_rules! targets {
@@ -60,8 +66,50 @@ targets! {
 /// Calls the target of a name.
 ///
 /// # Panics
-/// Where what must hold does not, and where there is no such target.
+/// Where what must hold does not, where the input takes more than ten seconds of CPU time, and where
+/// there is no such target.
 pub fn run(name: &str, bytes: &[u8]) {
     let target = TARGETS.iter().find(|target| target.name == name);
-    (target.expect("a target of this name").run)(bytes);
+    let target = target.expect("a target of this name");
+    within(LONGEST, || (target.run)(bytes));
+}
+
+/// Does some work, and panics if that took more CPU time than allowed.
+fn within(longest: Duration, work: impl FnOnce()) {
+    let begun = cpu_time();
+    work();
+    let spent = cpu_time() - begun;
+    assert!(
+        spent <= longest,
+        "the input took {spent:?} of CPU time, and no input may take more than {longest:?}"
+    );
+}
+
+/// The CPU time that all threads of this process have taken so far.
+#[cfg(unix)]
+fn cpu_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.try_into().expect("a time since the process began")
+}
+
+/// Other systems are not asked for the CPU time, so inputs are not limited there.
+#[cfg(not(unix))]
+fn cpu_time() -> Duration {
+    Duration::ZERO
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_spent_at_work_is_limited_and_time_spent_waiting_is_not() {
+        let longest = Duration::from_millis(50);
+        within(longest, || std::thread::sleep(2 * longest));
+        let work = || {
+            let begun = cpu_time();
+            while cpu_time() - begun <= longest {}
+        };
+        assert!(std::panic::catch_unwind(|| within(longest, work)).is_err());
+    }
 }

@@ -4,12 +4,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use taut_fuzz::TARGETS;
-
-/// No input may take longer.
-const LONGEST: Duration = Duration::from_secs(10);
 
 /// The inputs stored for a target; a target without any in `found` never failed.
 fn inputs(kind: &str, target: &str) -> Vec<PathBuf> {
@@ -30,10 +26,9 @@ fn what_must_hold_holds_for_stored_inputs() {
         let files = ["corpus", "found"].map(|kind| inputs(kind, target.name));
         for file in files.iter().flatten() {
             let bytes = std::fs::read(file).unwrap();
-            let begun = Instant::now();
-            let done = catch_unwind(AssertUnwindSafe(|| (target.run)(&bytes)));
-            if done.is_err() || begun.elapsed() > LONGEST {
-                failures.push((file.clone(), begun.elapsed()));
+            let done = catch_unwind(AssertUnwindSafe(|| taut_fuzz::run(target.name, &bytes)));
+            if done.is_err() {
+                failures.push(file.clone());
             }
         }
     }

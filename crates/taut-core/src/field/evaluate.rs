@@ -26,9 +26,10 @@ pub(crate) const NEAREST_POINTS: usize = 20;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Value<const D: usize> {
     /// The distance from the nearest source, in the input's units, with the source's start value
-    /// added; infinite where unreached.
+    /// added; infinite where unreached, not a number where it is not known.
     pub distance: f64,
-    /// Estimated absolute error of the distance, in the input's units.
+    /// Estimated absolute error of the distance, in the input's units; not a number where the
+    /// distance is not.
     pub error: f64,
     /// The index of the nearest source; `u32::MAX` where unreached.
     pub source: u32,
@@ -224,8 +225,8 @@ impl<const D: usize, S: Guide<D, Place: From<ChartIndex>>> Fields<'_, D, S> {
     /// The field at the points of the cloud, in the order of
     /// [`Cloud::points`](crate::cloud::Cloud::points). On a model, which keeps no points, it is the
     /// field at the origins of its charts where fields are marched. An outlier has the distance of
-    /// its foot on the surface, and the way there is part of its error. A surface that is no atlas
-    /// has no points.
+    /// its foot on the surface, and the way there is part of its error. Where it has no foot, its
+    /// distance is not a number. A surface that is no atlas has no points.
     ///
     /// O(n), in parallel.
     #[must_use]
