@@ -13,7 +13,7 @@ use taut_core::surface::atlas::doubts::Doubt;
 
 use crate::equations;
 use crate::exit::{Exit, Failure};
-use crate::facts::{ChartFacts, Facts, PointFacts};
+use crate::facts::{ChartFacts, PointFacts, SurfaceFacts};
 use crate::numbers::significant;
 use crate::output::{line, tell};
 use crate::progress::Progress;
@@ -48,13 +48,13 @@ pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
 struct Checked;
 
 impl Visit for Checked {
-    type Answer = Facts;
+    type Answer = SurfaceFacts;
 
     fn charts<const D: usize>(
         self,
         ready: &Ready<'_, D>,
         progress: &Progress,
-    ) -> Result<Facts, Failure> {
+    ) -> Result<SurfaceFacts, Failure> {
         progress.step("report");
         let atlas = ready.atlas()?;
         let report = atlas.report();
@@ -79,7 +79,7 @@ impl Visit for Checked {
         let warnings = points.as_ref().map_or(Vec::new(), |points| {
             warnings(points, &charts, &components, &atlas.doubts())
         });
-        Ok(Facts {
+        Ok(SurfaceFacts {
             surface: ready.name.to_owned(),
             coordinates: ready.dimension,
             intrinsic_dimension: report.intrinsic_dimension,
@@ -96,10 +96,10 @@ impl Visit for Checked {
         self,
         law: &Implicit,
         progress: &Progress,
-    ) -> Result<Facts, Failure> {
+    ) -> Result<SurfaceFacts, Failure> {
         let geodesics = equations::searched::<D>(law, progress)?;
         let (low, high) = corners(&geodesics.surface().samples());
-        Ok(Facts {
+        Ok(SurfaceFacts {
             surface: law.law.to_string(),
             coordinates: law.dimension,
             intrinsic_dimension: Surface::intrinsic_dimension(geodesics.surface()),
@@ -228,7 +228,7 @@ fn surface_doubts(points: &PointFacts, charts: &ChartFacts) -> Vec<String> {
 /// Components listed one by one.
 const LISTED: usize = 5;
 
-fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
+fn write(out: &mut impl Write, facts: &SurfaceFacts) -> std::io::Result<()> {
     line(out, "surface", &facts.surface)?;
     line(
         out,

@@ -12,7 +12,7 @@ use taut_io::{PointSet, ReadOptions};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::source::Model;
+use crate::source::CloudSurface;
 use crate::surface::Samples;
 
 /// Reads the points of a file and passes on the reader's notes.
@@ -29,7 +29,7 @@ pub fn read(file: &Path, options: &ReadOptions, progress: &Progress) -> Result<P
 pub fn atlas<const D: usize>(
     name: &str,
     points: &PointSet,
-    model: &Model,
+    model: &CloudSurface,
     progress: &Progress,
 ) -> Result<Atlas<D>, Failure> {
     let refused = |error| Failure::Surface {
@@ -86,7 +86,7 @@ fn intervals<const D: usize>(asked: &[f64], dimension: usize) -> Result<Option<[
 pub fn mls(
     name: &str,
     points: &PointSet,
-    model: &Model,
+    model: &CloudSurface,
     progress: &Progress,
 ) -> Result<Geodesics<3, Kind<3>>, Failure> {
     if !(2..=3).contains(&points.dimension) {

@@ -18,7 +18,7 @@ use crate::pairs::{Ends, Request};
 use crate::picture;
 use crate::progress::Progress;
 use crate::ready::{self, Question, Ready};
-use crate::source::Model;
+use crate::source::CloudSurface;
 use crate::surface::FlatSamples;
 use crate::values::seed;
 
@@ -85,8 +85,8 @@ impl Roll {
         }
     }
 
-    fn found(&self, progress: &Progress) -> Result<Found, Failure> {
-        let model = Model::default();
+    fn found(&self, progress: &Progress) -> Result<FoundPaths, Failure> {
+        let model = CloudSurface::default();
         ready::visit_points(
             "the roll",
             &self.points,
@@ -100,13 +100,13 @@ impl Roll {
 /// The paths between every two ends that follow each other, with points of the surface.
 struct Shown<'a>(&'a [End]);
 
-struct Found {
+struct FoundPaths {
     answers: Vec<Answer>,
     samples: FlatSamples,
 }
 
 impl Question for Shown<'_> {
-    type Answer = Found;
+    type Answer = FoundPaths;
 
     fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
         Ok(self.0.to_vec())
@@ -116,12 +116,12 @@ impl Question for Shown<'_> {
         self,
         ready: &Ready<'_, D>,
         progress: &Progress,
-    ) -> Result<Found, Failure> {
+    ) -> Result<FoundPaths, Failure> {
         progress.step("paths");
         let ends = Ends::new(ready, self.0);
         let pairs = (0..self.0.len()).step_by(2);
         let answer = |end| ends.answer([end, end + 1], &Request::default());
-        Ok(Found {
+        Ok(FoundPaths {
             answers: pairs.map(answer).collect(),
             samples: ready.samples(),
         })

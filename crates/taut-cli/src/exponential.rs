@@ -97,16 +97,16 @@ pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
 struct Geodesics<'a>(&'a Flags);
 
 /// Geodesics from one point, their dimension forgotten.
-struct Found {
+struct FoundShots {
     dimension: usize,
     /// In the order of the vectors.
-    shots: Vec<Result<Answer, String>>,
+    shots: Vec<Result<ShotAnswer, String>>,
     samples: Option<FlatSamples>,
 }
 
 /// A geodesic in the coordinates and units of the input.
 #[derive(Serialize)]
-struct Answer {
+struct ShotAnswer {
     end: Vec<f64>,
     length: f64,
     /// Whether it was followed as far as asked.
@@ -125,7 +125,7 @@ struct Answer {
 }
 
 impl Question for Geodesics<'_> {
-    type Answer = Found;
+    type Answer = FoundShots;
 
     fn seeds(&self, _: usize, _: &Progress) -> Result<Vec<End>, Failure> {
         Ok(vec![self.0.source.clone()])
@@ -135,7 +135,7 @@ impl Question for Geodesics<'_> {
         self,
         ready: &Ready<'_, D>,
         progress: &Progress,
-    ) -> Result<Found, Failure> {
+    ) -> Result<FoundShots, Failure> {
         let Self(flags) = self;
         let settings = field::Settings {
             tolerance: flags.tolerance,
@@ -154,11 +154,11 @@ impl Question for Geodesics<'_> {
                 Some(length) => fields.exponential_to(&node, &vector, length, &settings),
                 None => fields.exponential(&node, &vector, &settings),
             };
-            shot.map(|shot| Answer::new(&shot, &centre, ready.dimension, intrinsic))
+            shot.map(|shot| ShotAnswer::new(&shot, &centre, ready.dimension, intrinsic))
                 .map_err(|error| error.to_string())
         };
         let rows: Vec<&[f64]> = vectors.chunks(ready.dimension).collect();
-        Ok(Found {
+        Ok(FoundShots {
             dimension: ready.dimension,
             shots: parallel::map(rows.len(), |i| shoot(rows[i])),
             samples: flags.picture.is_some().then(|| ready.samples()),
@@ -189,7 +189,7 @@ fn vectors(flags: &Flags, dimension: usize) -> Result<Vec<f64>, Failure> {
     })
 }
 
-impl Answer {
+impl ShotAnswer {
     fn new<const D: usize>(
         shot: &Shot<D>,
         centre: &Vector<D>,
@@ -256,7 +256,7 @@ impl Answer {
     }
 }
 
-impl Found {
+impl FoundShots {
     fn write_one(self, flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
         let Some(shot) = self.shots.into_iter().next() else {
             return Err(Failure::Usage(

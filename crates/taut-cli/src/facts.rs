@@ -5,7 +5,7 @@ use taut_core::surface::atlas::report::Report;
 
 /// What a surface is like. Lengths are in the units of the input.
 #[derive(Serialize)]
-pub struct Facts {
+pub struct SurfaceFacts {
     /// The file, the equations or the shape.
     pub surface: String,
     /// Coordinates of a point.

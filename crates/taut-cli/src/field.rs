@@ -25,7 +25,7 @@ use crate::sites;
 use crate::source::{Source, Sources, SurfaceFlags};
 use crate::surface::FlatSamples;
 use crate::values::{count, positive, tolerance};
-use answer::{Answer, Facts};
+use answer::{FieldAnswer, FieldFacts};
 use cost::CostFlags;
 use isolines::{IsolineFacts, IsolineFlags, Line};
 
@@ -119,7 +119,7 @@ fn check_files(flags: &Flags, source: &Source) -> Result<(), Failure> {
     let at = flags.at.as_deref();
     let content = Content::Table {
         original: at.or_else(|| source.points()),
-        columns: Answer::COLUMNS + usize::from(at.is_some()),
+        columns: FieldAnswer::COLUMNS + usize::from(at.is_some()),
     };
     let listed = flags.sources.as_deref().or(flags.curve.as_deref());
     let dimension = source.dimension();
@@ -136,7 +136,7 @@ fn check_files(flags: &Flags, source: &Source) -> Result<(), Failure> {
 struct Distances<'a>(&'a Flags);
 
 impl Question for Distances<'_> {
-    type Answer = Found;
+    type Answer = FoundField;
 
     fn seeds(&self, dimension: usize, progress: &Progress) -> Result<Vec<End>, Failure> {
         let mut seeds = sites::places_of(&self.0.sources(), dimension, progress)?;
@@ -152,7 +152,7 @@ impl Question for Distances<'_> {
         self,
         ready: &Ready<'_, D>,
         progress: &Progress,
-    ) -> Result<Found, Failure> {
+    ) -> Result<FoundField, Failure> {
         let Self(flags) = self;
         let cost = ready.points.map(|points| flags.cost.of_rows(points));
         let asked = Asked {
@@ -166,8 +166,8 @@ impl Question for Distances<'_> {
 }
 
 /// A field, free of the surface's types.
-struct Found {
-    answer: Answer,
+struct FoundField {
+    answer: FieldAnswer,
     sources: usize,
     /// How far each source, or vertex of the curve, was moved onto the surface.
     sources_moved: Vec<f64>,
@@ -189,8 +189,9 @@ struct Asked<'a, const D: usize> {
 }
 
 impl<const D: usize> Asked<'_, D> {
-    /// The field at the points of the file asked for, else at the surface's `own`, where it has any.
-    fn found(&self) -> Result<Found, Failure> {
+    /// The field at the points of the file asked for, else at the surface's `own`, where it has
+    /// any.
+    fn found(&self) -> Result<FoundField, Failure> {
         let (flags, ready) = (self.flags, self.ready);
         let listed = flags.sources();
         let (points, vertices, sources_moved) = if flags.curve.is_some() {
@@ -213,7 +214,7 @@ impl<const D: usize> Asked<'_, D> {
             .map_or_else(|| field::Sources::from(&points), field::Sources::from);
         let field = self.field(&fields, sources, places.as_ref());
         let field = field.map_err(refused)?;
-        let kept = |mut answer: Answer| {
+        let kept = |mut answer: FieldAnswer| {
             if let Some(count) = flags.nearest {
                 answer.keep_nearest(count);
             }
@@ -229,7 +230,7 @@ impl<const D: usize> Asked<'_, D> {
             self.progress.step("isolines");
             flags.isolines.find(ready, &fields, &field, levels)
         });
-        Ok(Found {
+        Ok(FoundField {
             isolines: lines.transpose().map_err(refused)?,
             answer: match places {
                 Some(places) => kept(self.at(&fields, &field, places)),
@@ -259,7 +260,7 @@ impl<const D: usize> Asked<'_, D> {
     }
 
     /// The field at the surface's own points, where it has any.
-    fn own(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>) -> Option<Answer> {
+    fn own(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>) -> Option<FieldAnswer> {
         let values = self.ready.geodesics.surface().at_rows(fields, field)?;
         let mut answer = self.empty(self.ready.points?.coordinates.clone(), None);
         for value in &values {
@@ -268,8 +269,8 @@ impl<const D: usize> Asked<'_, D> {
         Some(answer)
     }
 
-    fn empty(&self, points: Vec<f64>, moved: Option<Vec<f64>>) -> Answer {
-        Answer::new(self.ready.name, self.ready.dimension, points, moved)
+    fn empty(&self, points: Vec<f64>, moved: Option<Vec<f64>>) -> FieldAnswer {
+        FieldAnswer::new(self.ready.name, self.ready.dimension, points, moved)
     }
 
     /// The field, as far as it was asked for.
@@ -294,7 +295,12 @@ impl<const D: usize> Asked<'_, D> {
         }
     }
 
-    fn at(&self, fields: &Fields<'_, D, Kind<D>>, field: &Field<D>, places: Places<D>) -> Answer {
+    fn at(
+        &self,
+        fields: &Fields<'_, D, Kind<D>>,
+        field: &Field<D>,
+        places: Places<D>,
+    ) -> FieldAnswer {
         let moved = places.moved();
         let mut answer = self.empty(places.points, Some(moved));
         for found in places.located {
@@ -309,7 +315,7 @@ impl<const D: usize> Asked<'_, D> {
         &self,
         fields: &Fields<'_, D, Kind<D>>,
         field: &Field<D>,
-        own: Option<&Answer>,
+        own: Option<&FieldAnswer>,
     ) -> (FlatSamples, Levels) {
         if let Some(own) = own {
             let samples = FlatSamples {
@@ -330,7 +336,7 @@ impl<const D: usize> Asked<'_, D> {
     }
 }
 
-impl Found {
+impl FoundField {
     /// Writes the files asked for and tells of the field. Where no file is asked for, its values go
     /// to standard output.
     fn write(&self, flags: &Flags, source: &Source, progress: &Progress) -> Result<(), Failure> {
@@ -379,7 +385,7 @@ impl Found {
 #[derive(Serialize)]
 struct Told<'a> {
     #[serde(flatten)]
-    facts: Facts,
+    facts: FieldFacts,
     #[serde(skip_serializing_if = "Option::is_none")]
     isolines: Option<IsolineFacts>,
     /// What speaks against the distances, in sentences.

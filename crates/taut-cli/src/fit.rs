@@ -54,7 +54,7 @@ pub struct Flags {
 
 /// What came of the fit; lengths are in the units of the input.
 #[derive(Serialize)]
-struct Facts {
+struct FitFacts {
     surface: String,
     model: String,
     points: usize,
@@ -97,7 +97,7 @@ fn fitted<const D: usize>(
     flags: &Flags,
     points: &PointSet,
     progress: &Progress,
-) -> Result<Facts, Failure> {
+) -> Result<FitFacts, Failure> {
     let name = flags.file.display().to_string();
     let refused = |error| Failure::Surface {
         surface: name.clone(),
@@ -124,7 +124,7 @@ fn fitted<const D: usize>(
         picture::draw(file, &samples, &[])?;
     }
     let report = atlas.report();
-    Ok(Facts {
+    Ok(FitFacts {
         surface: name,
         model: flags.output.display().to_string(),
         points: atlas.cloud().points.len(),
@@ -174,7 +174,7 @@ fn warnings(fit: &Fit, rim_length: f64) -> Vec<String> {
     warnings
 }
 
-fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
+fn write(out: &mut impl Write, facts: &FitFacts) -> std::io::Result<()> {
     let normals = match facts.normals_given {
         true => "given",
         false => "estimated",

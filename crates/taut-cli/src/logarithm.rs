@@ -108,16 +108,17 @@ struct Table {
     /// Row-major.
     points: Vec<f64>,
     rows_kept: Option<Vec<usize>>,
-    /// The logarithm, and behind it the tangents transported, if asked for: a column for each coordinate.
+    /// The logarithm, and behind it the tangents transported, if asked for: a column for each
+    /// coordinate.
     vectors: Vec<(String, Vec<f64>)>,
     error: Vec<f64>,
     source: Vec<f64>,
-    facts: Facts,
+    facts: LogarithmFacts,
 }
 
 /// What is told of the vectors. Lengths are in the units of the input.
 #[derive(Serialize)]
-struct Facts {
+struct LogarithmFacts {
     surface: String,
     points: usize,
     sources: usize,
@@ -133,7 +134,7 @@ struct Facts {
     unreached: usize,
     /// Points without a place on the surface.
     unusable: usize,
-    /// Points reached whose way bends round a hole, so that nothing is carried there.
+    /// Points reached whose way goes round a hole, so that nothing is carried there.
     not_transported: usize,
     /// The most that a point was moved onto the surface; `None` for points of the surface itself.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -235,7 +236,7 @@ impl Table {
             vectors: names.map(|name| (name, Vec::new())).collect(),
             error: Vec::new(),
             source: Vec::new(),
-            facts: Facts {
+            facts: LogarithmFacts {
                 surface: ready.name.to_owned(),
                 points: points.len() / ready.dimension,
                 sources: 0,
@@ -253,7 +254,8 @@ impl Table {
         }
     }
 
-    /// The logarithm of the next point; `None` where it has no place, within where it is not reached.
+    /// The logarithm of the next point; `None` where it has no place, within where it is not
+    /// reached.
     fn push<const D: usize>(
         &mut self,
         fields: &Fields<'_, D, Kind<D>>,
@@ -346,7 +348,7 @@ impl Table {
     }
 }
 
-impl Facts {
+impl LogarithmFacts {
     fn note(&self, progress: &Progress) {
         let counts = [
             (self.unreached, "are not reached"),

@@ -15,7 +15,7 @@ use crate::equations;
 use crate::exit::Failure;
 use crate::models::{self, FileModel};
 use crate::progress::Progress;
-use crate::source::{Model, Source};
+use crate::source::{CloudSurface, Source};
 use crate::surface::{FlatSamples, Samples, flat_samples, too_many};
 use crate::values::Reconstruction;
 
@@ -94,7 +94,7 @@ impl<Q: Question> Visit for Q {
 
 /// What a surface is made of, as it was read, and what errors call it.
 enum Opened<'a> {
-    Points(&'a str, &'a PointSet, &'a Model),
+    Points(&'a str, &'a PointSet, &'a CloudSurface),
     Model(&'a str, &'a FileModel),
     Law(&'a Implicit),
 }
@@ -127,7 +127,7 @@ pub fn visit<V: Visit>(
 pub fn visit_points<V: Visit>(
     name: &str,
     points: &PointSet,
-    model: &Model,
+    model: &CloudSurface,
     visitor: V,
     progress: &Progress,
 ) -> Result<V::Answer, Failure> {

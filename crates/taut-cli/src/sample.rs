@@ -43,7 +43,7 @@ struct Sampled {
 
 /// What is told of them. Lengths are in the units of the input.
 #[derive(Serialize)]
-struct Facts {
+struct SampleFacts {
     surface: String,
     points: usize,
     nearest: f64,
@@ -71,8 +71,8 @@ pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
 }
 
 impl Sampled {
-    fn facts(&self) -> Facts {
-        Facts {
+    fn facts(&self) -> SampleFacts {
+        SampleFacts {
             surface: self.surface.clone(),
             points: self.spacings.len(),
             nearest: self.quality.nearest,
@@ -300,7 +300,7 @@ fn write_files(flags: &Flags, sampled: &Sampled, progress: &Progress) -> Result<
     Ok(())
 }
 
-fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
+fn write(out: &mut impl Write, facts: &SampleFacts) -> std::io::Result<()> {
     line(out, "surface", &facts.surface)?;
     line(out, "points", &facts.points.to_string())?;
     line(out, "nearest neighbour", &significant(facts.nearest))?;
@@ -320,7 +320,7 @@ mod tests {
     use taut_io::PointSet;
 
     use super::*;
-    use crate::source::Model;
+    use crate::source::CloudSurface;
 
     #[derive(Parser)]
     struct Line {
@@ -345,7 +345,7 @@ mod tests {
         let sampled = |row: &str| {
             let words = ["sample", "points.las", "-n", "6", "--source", row];
             let line = Line::try_parse_from(words).expect("flags");
-            let (model, progress) = (Model::default(), Progress::new(true));
+            let (model, progress) = (CloudSurface::default(), Progress::new(true));
             ready::visit_points("points", &points, &model, Spread(&line.flags), &progress)
         };
         let found = sampled("1200").expect("a row that was read");

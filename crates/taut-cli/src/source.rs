@@ -130,12 +130,12 @@ impl Source {
 pub struct CloudSettings {
     pub file: PathBuf,
     pub options: ReadOptions,
-    pub model: Model,
+    pub model: CloudSurface,
 }
 
 /// What surface to put through points.
 #[derive(Clone, Default)]
-pub struct Model {
+pub struct CloudSurface {
     /// Intrinsic dimension.
     pub dimension: Option<usize>,
     /// Intervals of a grid of cells: none, one for all axes, or one for each.
@@ -194,7 +194,7 @@ impl SurfaceFlags {
         }
         Ok(Source::Cloud(CloudSettings {
             file: file.clone(),
-            model: Model {
+            model: CloudSurface {
                 cells: self.cells.clone(),
                 dimension: self.points.dimension,
                 reconstruction: self.surface,

@@ -81,7 +81,7 @@ impl Sought {
     fn close(self) -> f64 {
         match self {
             Self::Several(_) => 3.0,
-            Self::Shortest => CLOSE,
+            Self::Shortest => CLOSE_GUESS,
         }
     }
 }
@@ -93,13 +93,13 @@ const FEW_GUESSES: usize = 4;
 /// Largest length of straightened guesses that are pulled taut to the tolerance, as a multiple of
 /// that of the shortest. Those that could still win by what pulling taut has changed so far are
 /// pulled taut as well.
-const CLOSE: f64 = 1.01;
+const CLOSE_GUESS: f64 = 1.01;
 /// Largest distance between nodes, relative to the surface's size, at which the straight way
 /// between them may be the path.
-const NEAR: f64 = 1e-9;
+const NEAR_NODES: f64 = 1e-9;
 /// Most that the surface may turn between near nodes, in radians, for the straight way to be the
 /// path.
-const FLAT: f64 = 1e-6;
+const FLAT_TURN: f64 = 1e-6;
 /// Error of the length of a straight way, in roundings of the coordinates.
 const ROUNDINGS: f64 = 16.0;
 /// Least turning of a path, in radians, above which another way round the surface may be shorter
@@ -210,7 +210,7 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
         for taut in all {
             let longest = kept
                 .first()
-                .map_or(f64::INFINITY, |first| CLOSE * first.length());
+                .map_or(f64::INFINITY, |first| CLOSE_GUESS * first.length());
             let is_new = !kept.iter().any(|other| other.runs_with(&taut, SAME_LENGTH));
             if is_new && taut.length() <= longest {
                 kept.push(taut);
@@ -264,12 +264,12 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
     }
 
     /// The straight way between two nodes of one sheet that are so near that the surface does not
-    /// bend between them beyond rounding; `None` for other nodes.
+    /// curve between them beyond rounding; `None` for other nodes.
     fn straight(&self, from: &Node<D, S::Place>, to: &Node<D, S::Place>) -> Option<Path<D>> {
         let chord = to.point - from.point;
         let length = chord.norm();
         let size = from.point.amax() + self.size();
-        if length > NEAR * size || !self.same_sheet(from, to) {
+        if length > NEAR_NODES * size || !self.same_sheet(from, to) {
             return None;
         }
         let rounding = ROUNDINGS * f64::EPSILON * size;
@@ -282,16 +282,16 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
                 let along = scratch.project(&chord);
                 let off = (chord - along).norm();
                 if let Some(tangent) = along.try_normalize(0.0) {
-                    curvature = scratch.bend(&tangent).norm().max(curvature);
+                    curvature = scratch.normal_curvature(&tangent).norm().max(curvature);
                 }
-                if off > rounding + FLAT * length {
+                if off > rounding + FLAT_TURN * length {
                     return None;
                 }
             } else if length > rounding {
                 return None;
             }
         }
-        if length > rounding && curvature * length > FLAT {
+        if length > rounding && curvature * length > FLAT_TURN {
             return None;
         }
         let mut height_errors = HeightErrors::default();
@@ -371,8 +371,8 @@ impl<const D: usize, S: Guide<D>> Geodesics<D, S> {
             let Some(found) = correction::straighten(&self.surface, guess, solver) else {
                 continue;
             };
-            // Where the ends are nearly conjugate, or a tip lies beside the way, guesses do not tell
-            // apart ways that differ by little, but rays do.
+            // Where the ends are nearly conjugate, or a tip lies beside the way, guesses do not
+            // tell apart ways that differ by little, but rays do.
             let is_unsure = || {
                 shortest::nearly_conjugate(&self.surface, guess, found.spread)
                     || self.surface.passes_tip(guess)

@@ -194,7 +194,7 @@ impl<const D: usize> Ask for Ready<D> {
         let ground = self.ground()?;
         let fields = Fields::on(&self.geodesics, Arc::clone(&ground));
         let field = fields.from(&located[..], &options.settings())?;
-        Ok(Arc::new(Found {
+        Ok(Arc::new(FoundField {
             sources: sources.len() as u32,
             field,
             ground,
@@ -257,7 +257,7 @@ impl<const D: usize> Ask for Ready<D> {
 }
 
 /// A field on a surface that it keeps alive.
-struct Found<const D: usize> {
+struct FoundField<const D: usize> {
     ready: Arc<Ready<D>>,
     /// What the field was found on.
     ground: Arc<Ground<D, Place<D>>>,
@@ -265,7 +265,7 @@ struct Found<const D: usize> {
     sources: u32,
 }
 
-impl<const D: usize> AskField for Found<D> {
+impl<const D: usize> AskField for FoundField<D> {
     fn at_rows(&self) -> Result<Distances, Error> {
         let fields = self.fields();
         let surface = self.ready.geodesics.surface();
@@ -302,7 +302,7 @@ impl<const D: usize> AskField for Found<D> {
     }
 }
 
-impl<const D: usize> Found<D> {
+impl<const D: usize> FoundField<D> {
     fn fields(&self) -> Fields<'_, D, Kind<D>> {
         Fields::on(&self.ready.geodesics, Arc::clone(&self.ground))
     }

@@ -1,8 +1,8 @@
 //! Thresholds in the pages on the method.
 //!
-//! A page ends with the heading [`HEADING`] and a table whose rows begin with the name of a constant,
-//! the file that defines it, and its value, each as code. Above the table the text names every such
-//! constant, as in `` `DETOUR` = 1.1 ``, and no other.
+//! A page ends with the heading [`HEADING`] and a table whose rows begin with the name of a
+//! constant, the file that defines it, and its value, each as code. Above the table the text names
+//! every such constant, as in `` `DETOUR` = 1.1 ``, and no other.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -224,6 +224,29 @@ fn every_page_is_in_the_list_of_pages() -> io::Result<()> {
                 "docs/method.md: found no link to {}",
                 file.display()
             ));
+        }
+    }
+    none(&mistakes);
+    Ok(())
+}
+
+#[test]
+fn a_name_has_one_value() -> io::Result<()> {
+    let mut values: BTreeMap<String, (String, String)> = BTreeMap::new();
+    let mut mistakes = Vec::new();
+    for file in files(&root().join("crates/taut-core/src"), &["rs"])? {
+        let text = std::fs::read_to_string(&file)?;
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for (name, value) in constants(code) {
+            let place = file.display().to_string();
+            let (first, known) = values
+                .entry(name.clone())
+                .or_insert((place.clone(), value.clone()));
+            if !same(known, &value) {
+                mistakes.push(format!(
+                    "{name} is {known} in {first} and {value} in {place}"
+                ));
+            }
         }
     }
     none(&mistakes);

@@ -14,14 +14,14 @@ use crate::picture::Levels;
 use crate::progress::Progress;
 
 /// A field at points, in the coordinates and units of the input.
-pub struct Answer {
+pub struct FieldAnswer {
     pub surface: String,
     /// Coordinates of a point.
     pub dimension: usize,
     /// Row-major.
     pub points: Vec<f64>,
-    /// From the nearest source, its start value added; infinite where unreached, not a number where the
-    /// point has no place on the surface or where it is unknown whether anything leads there.
+    /// From the nearest source, its start value added; infinite where unreached, not a number where
+    /// the point has no place on the surface or where it is unknown whether anything leads there.
     pub distance: Vec<f64>,
     /// Estimated error of the distance.
     pub error: Vec<f64>,
@@ -35,7 +35,7 @@ pub struct Answer {
     unusable: usize,
 }
 
-impl Answer {
+impl FieldAnswer {
     /// The number of its columns, where points are the surface's own.
     pub const COLUMNS: usize = 3;
 
@@ -114,8 +114,9 @@ impl Answer {
         all.map(|(name, values)| Column { name, values }).collect()
     }
 
-    /// What is told of the field. `sources` were asked for, and where it ends with them the `nearest` points.
-    pub fn facts(&self, sources: usize, nearest: Option<usize>) -> Facts {
+    /// What is told of the field. `sources` were asked for, and where it ends with them the
+    /// `nearest` points.
+    pub fn facts(&self, sources: usize, nearest: Option<usize>) -> FieldFacts {
         let reached = || {
             self.distance
                 .iter()
@@ -129,7 +130,7 @@ impl Answer {
                 .filter(|distance| matches(**distance))
                 .count()
         };
-        Facts {
+        FieldFacts {
             surface: self.surface.clone(),
             points: self.distance.len(),
             sources,
@@ -148,7 +149,7 @@ impl Answer {
 
 /// What is told of a field. Lengths are in the units of the input.
 #[derive(Serialize)]
-pub struct Facts {
+pub struct FieldFacts {
     pub surface: String,
     pub points: usize,
     pub sources: usize,
@@ -178,10 +179,10 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-impl Facts {
+impl FieldFacts {
     /// Notes what has no distance.
     pub fn note(&self, progress: &Progress) {
-        let Facts {
+        let FieldFacts {
             surface,
             points,
             nearest,

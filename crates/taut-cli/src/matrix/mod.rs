@@ -35,7 +35,7 @@ use tally::Tally;
 
 /// What is told of a table.
 #[derive(Serialize)]
-struct Facts {
+struct MatrixFacts {
     surface: String,
     matrix: String,
     rows: usize,
@@ -71,7 +71,7 @@ pub fn run(flags: &Flags, progress: &Progress) -> Result<Exit, Failure> {
         .iter()
         .fold(Tally::default(), |sum, done| sum.and(done.tally));
     let [rows, columns] = plan.shape();
-    let facts = Facts {
+    let facts = MatrixFacts {
         surface: settings.source.name(),
         matrix: settings.output.display().to_string(),
         rows,
@@ -250,7 +250,7 @@ fn go_on(
     Ok(is_done)
 }
 
-fn write(out: &mut impl Write, facts: &Facts) -> std::io::Result<()> {
+fn write(out: &mut impl Write, facts: &MatrixFacts) -> std::io::Result<()> {
     let Tally {
         pairs,
         no_path,

@@ -120,9 +120,9 @@ pub fn of_block(file: &mut File, done: &Done) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::UnexpectedEof.into())
 }
 
-type Found = (u64, u64, [f64; 2]);
+type FoundEntry = (u64, u64, [f64; 2]);
 
-fn read(part: &Path, done: &[Done]) -> io::Result<Vec<Found>> {
+fn read(part: &Path, done: &[Done]) -> io::Result<Vec<FoundEntry>> {
     let mut file = File::open(part)?;
     let mut bytes = Vec::new();
     for done in done {

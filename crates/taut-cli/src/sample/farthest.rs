@@ -23,7 +23,7 @@ use crate::surface::FlatSamples;
 
 /// What is told of points far from each other. Lengths are in the units of the input.
 #[derive(Serialize)]
-struct Facts {
+struct FarthestFacts {
     surface: String,
     /// Rows of the file, in the order in which they were found.
     rows: Vec<usize>,
@@ -54,13 +54,13 @@ pub fn run(flags: &Flags, source: &Source, progress: &Progress) -> Result<Exit, 
 struct Farthest<'a>(&'a Flags);
 
 impl Visit for Farthest<'_> {
-    type Answer = Facts;
+    type Answer = FarthestFacts;
 
     fn charts<const D: usize>(
         self,
         ready: &Ready<'_, D>,
         progress: &Progress,
-    ) -> Result<Facts, Failure> {
+    ) -> Result<FarthestFacts, Failure> {
         let Self(flags) = self;
         if ready.points.is_none() {
             return Err(no_cloud());
@@ -88,7 +88,7 @@ impl Visit for Farthest<'_> {
             let read = cloud.rows[*i] as usize;
             ready.rows_kept().map_or(read, |kept| kept[read])
         };
-        Ok(Facts {
+        Ok(FarthestFacts {
             surface: ready.name.to_owned(),
             rows: found.points.iter().map(row_of_file).collect(),
             cover: Some(found.cover).filter(|cover| cover.is_finite()),
@@ -101,7 +101,11 @@ impl Visit for Farthest<'_> {
         })
     }
 
-    fn equations<const D: usize>(self, _: &Implicit, _: &Progress) -> Result<Facts, Failure> {
+    fn equations<const D: usize>(
+        self,
+        _: &Implicit,
+        _: &Progress,
+    ) -> Result<FarthestFacts, Failure> {
         Err(no_cloud())
     }
 }
@@ -128,7 +132,7 @@ fn point<const D: usize>(ready: &Ready<'_, D>, end: &End) -> Result<usize, Failu
     Ok(point? as usize)
 }
 
-fn write(out: &mut io::StdoutLock<'_>, facts: &Facts) -> io::Result<()> {
+fn write(out: &mut io::StdoutLock<'_>, facts: &FarthestFacts) -> io::Result<()> {
     line(out, "surface", &facts.surface)?;
     line(out, "points", &facts.rows.len().to_string())?;
     let cover = facts.cover.map_or_else(

@@ -97,7 +97,7 @@ const COARSE_SEGMENTS: usize = 8;
 /// Most times that the first polyline is tried, each time finer because a segment left the surface.
 const MOST_COARSE_LEVELS: usize = 4;
 /// Turning per element of the final path, in radians.
-const ELEMENT_TURNING: f64 = 1.6;
+pub(crate) const ELEMENT_TURNING: f64 = 1.6;
 /// Relative error of the length of a straightened polyline, by arcs (19) on segments that turn by
 /// [`COARSE_TURNING`].
 const COARSE_ERROR: f64 = 0.01;
@@ -377,7 +377,7 @@ fn finish<const D: usize, S: Surface<D>>(
             let chord = taut.curve.nodes[after].point - taut.curve.nodes[before].point;
             let tangent = solver.scratch.project(&chord);
             if stretch > 0.0 && tangent.norm() > 0.0 {
-                let curvature = solver.scratch.bend(&tangent.normalize()).norm();
+                let curvature = solver.scratch.normal_curvature(&tangent.normalize()).norm();
                 let nodes = [before, i, after].map(|i| &taut.curve.nodes[i]);
                 let (error, radius) = (
                     surface.height_error_along(nodes),

@@ -195,7 +195,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
     /// The Gauss curvature of a surface of dimension 2 at interior node `i` of the path last
     /// solved, as it was before the last step.
     pub fn gauss_curvature(&self, i: usize) -> f64 {
-        let [first, both, last] = self.geometries[i - 1].bends();
+        let [first, both, last] = self.geometries[i - 1].second_fundamental_form();
         first.dot(&last) - both.norm_squared()
     }
 
@@ -392,7 +392,7 @@ impl<const D: usize, P: Copy + Send + Sync + std::fmt::Debug> Solver<D, P> {
             }
             // The target follows the surface to second order, so that the pull-back has little left
             // to do.
-            let target = node.point + along + self.geometries[i].bend(&along) * 0.5;
+            let target = node.point + along + self.geometries[i].normal_curvature(&along) * 0.5;
             node.point = surface.foot(&target, &mut node.place, &mut self.scratch)?;
         }
         std::mem::swap(&mut curve.nodes, &mut self.trial);

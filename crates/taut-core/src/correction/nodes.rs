@@ -37,7 +37,7 @@ pub(crate) fn profile<const D: usize, S: Surface<D>>(
             let tangential = scratch.project(&chord);
             let size = tangential.norm();
             if size > 0.0 {
-                scratch.bend(&(tangential / size)).norm()
+                scratch.normal_curvature(&(tangential / size)).norm()
             } else {
                 0.0
             }

@@ -2,10 +2,10 @@
 //! distance is taken.
 
 use crate::Vector;
-use crate::field::manifold::Found;
+use crate::field::manifold::Aimed;
 use crate::field::plane::norm;
 use crate::field::rays::branches::{Branch, SAME_DIRECTION};
-use crate::field::rays::doubt::DOUBTFUL;
+use crate::field::rays::doubt::DOUBTFUL_DISTANCE;
 use crate::field::rays::frame::{Frame, OFF_SURFACE, ON_SURFACE};
 use crate::field::rays::jet::direction_at;
 use crate::field::rays::ray;
@@ -17,7 +17,7 @@ use crate::surface::atlas::{Atlas, ChartIndex};
 use crate::surface::{Geometry, Node};
 
 /// How uncertain the place of a rim that rays graze is, in spacings of the graph's nodes.
-const EDGE: f64 = 0.3;
+const SHADOW_EDGE: f64 = 0.3;
 
 /// Number of points around a place that are looked at, on a cloud with costs.
 pub(crate) const NEAREST_POINTS: usize = 20;
@@ -86,7 +86,7 @@ impl<const D: usize> Taken<D> {
     /// Whether the node's branches agree with those of its neighbours, within a small share of the
     /// distance.
     pub(super) fn is_certain(&self) -> bool {
-        self.value.error + self.missed.max(self.unknown) <= DOUBTFUL * self.value.distance
+        self.value.error + self.missed.max(self.unknown) <= DOUBTFUL_DISTANCE * self.value.distance
     }
 
     /// The value with what the node's branches miss added to its error.
@@ -152,19 +152,19 @@ impl<const D: usize> Field<D> {
     fn shade(&self, taken: &Taken<D>, frame: &Frame<D>, v: [f64; 2], spacing: f64) -> f64 {
         let branches = self.branches(taken.node);
         let jet = &branches[taken.branch].jet;
-        if jet.heading.is_bent() {
+        if jet.heading.is_diffracted() {
             return 0.0;
         }
         let [a, b] = jet.gradient;
-        let bent = branches.iter().map(|branch| &branch.jet).filter(|other| {
+        let others = branches.iter().map(|branch| &branch.jet).filter(|other| {
             let [c, d] = other.gradient;
-            other.heading.is_bent() && a * c + b * d >= SAME_DIRECTION
+            other.heading.is_diffracted() && a * c + b * d >= SAME_DIRECTION
         });
-        let longer = bent.filter_map(|other| {
+        let longer = others.filter_map(|other| {
             let (distance, _) = other.distance_at(v, frame.gauss)?;
             let sharper = (other.curvature - jet.curvature).max(0.0);
             let longer = (distance - taken.value.distance).max(0.0);
-            let inside = (2.0 * longer).sqrt() + EDGE * spacing * sharper.sqrt();
+            let inside = (2.0 * longer).sqrt() + SHADOW_EDGE * spacing * sharper.sqrt();
             Some(0.5 * inside * inside)
         });
         longer.reduce(f64::min).unwrap_or(0.0)
@@ -399,7 +399,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
     }
 
     /// The value at a point near a node, on surfaces of other dimensions than 2.
-    fn at_any(&self, found: &Found<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
+    fn at_any(&self, found: &Aimed<D>, node: u32, x: &Vector<D>, share: f64) -> Value<D> {
         let at = |node: u32| {
             let frame = self.ground.any_frames[node as usize].as_ref()?;
             Some(found.at(node, frame, x, share))

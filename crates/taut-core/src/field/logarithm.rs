@@ -18,14 +18,14 @@ use crate::surface::atlas::ChartIndex;
 use crate::surface::{Geometry, Node};
 
 /// Error of an angle, in radians, above which paths are pulled taut where rays draw together.
-const DOUBTFUL: f64 = 1e-2;
+const DOUBTFUL_ANGLE: f64 = 1e-2;
 
 /// Largest share of a distance, beyond its error, by which a path's length may differ from it for
 /// both to be the same way.
 const SAME_WAY: f64 = 1e-4;
 
 /// Largest error of a direction, as the chord between unit vectors: that of opposite directions.
-const MOST: f64 = 2.0;
+const OPPOSITE_DIRECTIONS: f64 = 2.0;
 
 /// The logarithm of a point: the tangent vector at a source whose geodesic leads to the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,11 +89,15 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         }
         let here = frame(self.geodesics.surface(), node, geometry);
         let known = here.and_then(|here| self.arrival(field, &taken, &branch, node, &here));
-        let (angle, error, transported) = known.unwrap_or((branch.jet.heading.angle, MOST, None));
+        let (angle, error, transported) =
+            known.unwrap_or((branch.jet.heading.angle, OPPOSITE_DIRECTIONS, None));
         let (sin, cos) = angle.sin_cos();
         Some(Logarithm {
             vector: [length * cos, length * sin],
-            error: taken.value.error.hypot(length * error.min(MOST)),
+            error: taken
+                .value
+                .error
+                .hypot(length * error.min(OPPOSITE_DIRECTIONS)),
             source: branch.source,
             transported,
         })
@@ -114,7 +118,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let next = self.angle_error(field, taken.node, branch, here, &jet);
             (jet, branch.angle_error + next)
         });
-        let doubtful = known.is_none_or(|(_, error)| error > DOUBTFUL);
+        let doubtful = known.is_none_or(|(_, error)| error > DOUBTFUL_ANGLE);
         let focused = branch.is_focused(self.ground.spacing[taken.node as usize]);
         let polished = (doubtful && focused).then(|| {
             let from = self.ground.frames[taken.node as usize].as_ref()?;
@@ -122,7 +126,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             self.polished(field, &taken.value, node, here, hand)
         });
         let (jet, error) = polished.flatten().or(known)?;
-        let transported = (!jet.heading.is_bent()).then(|| transported(here, &jet));
+        let transported = (!jet.heading.is_diffracted()).then(|| transported(here, &jet));
         Some((jet.heading.angle, error, transported))
     }
 

@@ -63,8 +63,8 @@ use crate::guess::graph::{Edge, Graph};
 use crate::parallel;
 use crate::surface::atlas::Lists;
 use crate::surface::{Geometry, Node, Surface};
-use rays::bend::Rims;
 use rays::branches::Branch;
+use rays::diffraction::Rims;
 use rays::frame::Frame;
 use rays::piece::Piece;
 
@@ -103,7 +103,8 @@ pub struct Fields<'a, const D: usize, S: Guide<D>> {
     ground: Arc<Ground<D, S::Place>>,
 }
 
-/// What every field of a surface starts from. It can be kept beside the surface, see [`Fields::on`].
+/// What every field of a surface starts from. It can be kept beside the surface, see
+/// [`Fields::on`].
 pub struct Ground<const D: usize, P> {
     /// The frame at each node of the graph, on surfaces of dimension 2; `None` where the surface
     /// has no foot or no tangent plane.
@@ -151,8 +152,8 @@ pub struct Field<const D: usize> {
 /// A field that is not interpolated between rays on a two-dimensional surface.
 #[derive(Clone, Debug)]
 enum Other<const D: usize> {
-    Manifold(manifold::Found<D>),
-    Cost(cost::Found<D>),
+    Manifold(manifold::Aimed<D>),
+    Cost(cost::Marched<D>),
 }
 
 impl<const D: usize> Field<D> {
@@ -174,27 +175,27 @@ impl<const D: usize> Field<D> {
 const NOISY_TOLERANCE: f64 = 1e-4;
 /// Median error of the surface's height, in spacings of the graph's nodes, above which rays
 /// scatter.
-const ROUGH: f64 = 1e-4;
+const ROUGH_HEIGHT: f64 = 1e-4;
 /// Least number of charts of a model for which rays serve: the charts may be so large that rays say
 /// nothing of what lies between them.
-const FEWEST: usize = 64;
+const FEWEST_CHARTS: usize = 64;
 /// Most radians that the surface may turn over the spacing of the graph's nodes, at the share
-/// [`MOST`] of a model's charts, for rays to serve.
-const RESOLVED: f64 = 0.3;
-/// Share of a model's charts at which the surface must turn by at most [`RESOLVED`] for rays to
-/// serve.
-const MOST: f64 = 0.95;
+/// [`MOST_CHARTS`] of a model's charts, for rays to serve.
+const RESOLVED_TURNING: f64 = 0.3;
+/// Share of a model's charts at which the surface must turn by at most [`RESOLVED_TURNING`] for
+/// rays to serve.
+const MOST_CHARTS: f64 = 0.95;
 /// Error of the surface's height at any node, in spacings, above which geodesics prove nothing
 /// about distances.
 const TORN: f64 = 1e-2;
 /// Number of nearest neighbours of a node whose mean distance is its spacing.
-const NEAREST: usize = 4;
+const NEAREST_NODES: usize = 4;
 /// Most distance, in spacings, between nodes that count as adjacent.
 const ADJACENT: f64 = 1.5;
 /// Least spacing of a node, as a share of its neighbours' mean spacing.
-const CROWDED: f64 = 0.8;
+const CROWDED_NODE: f64 = 0.8;
 /// Largest distance, in spacings, of the neighbouring nodes whose jets a node takes into account.
-const BESIDE: f64 = 2.6;
+const JETS_BESIDE: f64 = 2.6;
 
 impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     /// Finds the tangent spaces and curvatures at the nodes of the surface's graph, which every
@@ -307,7 +308,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
 
     /// A node of the graph and the neighbours whose jets it takes into account.
     fn around(&self, node: u32) -> Vec<u32> {
-        let farthest = BESIDE * self.ground.spacing[node as usize];
+        let farthest = JETS_BESIDE * self.ground.spacing[node as usize];
         let edges = self.geodesics.graph().edges(node).iter();
         let close = edges.filter(|edge| f64::from(edge.length) <= farthest);
         std::iter::once(node)
@@ -336,7 +337,7 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
         }
         let errors = (0..).zip(&spacing);
         let errors = errors.map(|(chart, spacing)| atlas.height_error(chart) / spacing);
-        let is_rough = quantile(errors, 0.5) > ROUGH;
+        let is_rough = quantile(errors, 0.5) > ROUGH_HEIGHT;
         if atlas.has_points() {
             return if is_rough {
                 Self::with_cost(geodesics, &Cost::default())
@@ -344,9 +345,9 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
                 Ok(Self::with_spacing(geodesics, spacing))
             };
         }
-        if !is_rough && spacing.len() >= FEWEST {
+        if !is_rough && spacing.len() >= FEWEST_CHARTS {
             let fields = Self::with_spacing(geodesics, spacing);
-            if fields.turning() <= RESOLVED {
+            if fields.turning() <= RESOLVED_TURNING {
                 return Ok(fields);
             }
         }
@@ -355,14 +356,14 @@ impl<'a, const D: usize, S: Guide<D>> Fields<'a, D, S> {
     }
 
     /// The number of radians by which the surface turns over one spacing, at a node that turns more
-    /// than the share [`MOST`] of the graph's nodes does.
+    /// than the share [`MOST_CHARTS`] of the graph's nodes does.
     fn turning(&self) -> f64 {
         let frames = self.ground.frames.iter().zip(&self.ground.spacing);
         let turns = frames.map(|(frame, spacing)| {
-            let bent = frame.as_ref().map_or(f64::INFINITY, Frame::curvature);
-            bent * spacing
+            let curvature = frame.as_ref().map_or(f64::INFINITY, Frame::curvature);
+            curvature * spacing
         });
-        quantile(turns, MOST)
+        quantile(turns, MOST_CHARTS)
     }
 
     /// Fields of least cost. Distances are integrals of the cost along the way, and directions are
@@ -412,7 +413,7 @@ fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
         let edges = graph.edges(i as u32).iter();
         let mut lengths: Vec<f64> = edges.map(|edge| f64::from(edge.length)).collect();
         lengths.sort_by(f64::total_cmp);
-        lengths.truncate(NEAREST);
+        lengths.truncate(NEAREST_NODES);
         lengths.iter().sum::<f64>() / lengths.len().max(1) as f64
     });
     // Rays are as far apart as the nodes around them are. A node that happens to lie close to a few
@@ -421,7 +422,7 @@ fn spacing<const D: usize, P: Copy + Sync>(graph: &Graph<D, P>) -> Vec<f64> {
         let edges = graph.edges(i as u32);
         let around = edges.iter().map(|edge| nearest[edge.to as usize]);
         let mean = around.sum::<f64>() / edges.len().max(1) as f64;
-        nearest[i].max(CROWDED * mean)
+        nearest[i].max(CROWDED_NODE * mean)
     })
 }
 

@@ -10,12 +10,12 @@ use crate::guess::Guide;
 use crate::guess::dijkstra::Distances;
 use crate::surface::Node;
 
-/// Largest ratio of a step from a node of the graph to a point beside it, which bends with the
+/// Largest ratio of a step from a node of the graph to a point beside it, which curves with the
 /// surface, to the step's chord.
-const BENT: f64 = 1.1;
+const ARC_OVER_CHORD: f64 = 1.1;
 /// Distance before the end of a field, in spacings of the graph's nodes, up to which its values are
 /// those of a field without end.
-const EDGE: f64 = 3.0;
+const FIELD_MARGIN: f64 = 3.0;
 
 /// The indices of the `count` least of some distances, least first; of equal distances the first
 /// comes first. There are fewer indices if fewer distances are finite. O(n + `count` log `count`).
@@ -116,7 +116,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             |node, distance| {
                 let (here, reach) = beside[node as usize];
                 if here > 0 && !std::mem::replace(&mut passed[node as usize], true) {
-                    let bound = f64::from(distance) + BENT * reach;
+                    let bound = f64::from(distance) + ARC_OVER_CHORD * reach;
                     held.push(Passed {
                         bound,
                         points: here,
@@ -138,7 +138,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             },
         );
         match held.peek() {
-            Some(farthest) if points >= count => farthest.bound + EDGE * edge,
+            Some(farthest) if points >= count => farthest.bound + FIELD_MARGIN * edge,
             _ => f64::INFINITY,
         }
     }

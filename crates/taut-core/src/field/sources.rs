@@ -66,7 +66,7 @@ pub(crate) struct Prepared<'s, const D: usize, P, F> {
 }
 
 /// A place that rays leave from.
-pub(crate) struct Origin<'a, const D: usize, P, F> {
+pub(crate) struct RayOrigin<'a, const D: usize, P, F> {
     pub node: &'a Node<D, P>,
     pub frame: &'a F,
     /// The nearest node of the graph.
@@ -77,9 +77,9 @@ pub(crate) struct Origin<'a, const D: usize, P, F> {
 
 impl<const D: usize, P, F> Prepared<'_, D, P, F> {
     /// The sources near a node of the graph, with their indices.
-    pub fn origins(&self) -> impl Iterator<Item = (u32, Origin<'_, D, P, F>)> {
+    pub fn origins(&self) -> impl Iterator<Item = (u32, RayOrigin<'_, D, P, F>)> {
         (0..self.given.len()).filter_map(|i| {
-            let origin = Origin {
+            let origin = RayOrigin {
                 node: &self.given[i].node,
                 frame: &self.frames[i],
                 near: self.nodes[i]?,

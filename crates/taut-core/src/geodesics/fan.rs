@@ -30,7 +30,7 @@ impl<const D: usize, P> Arrival<D, P> {
         let steps = self.ray.knots.windows(2);
         let within = steps.take_while(|pair| pair[0].length < self.pass.knot.length);
         within
-            .map(|pair| pair[0].bend.norm() * (pair[1].length - pair[0].length))
+            .map(|pair| pair[0].normal_curvature.norm() * (pair[1].length - pair[0].length))
             .sum()
     }
 }
@@ -46,9 +46,9 @@ pub(crate) struct Sweep<const D: usize, P> {
 }
 
 /// Number of rays that are shot first, evenly spaced.
-const FIRST_RAYS: usize = 16;
+const FIRST_SWEEP_RAYS: usize = 16;
 /// Narrowest angle between rays, in radians.
-const NARROWEST: f64 = 1e-4;
+const NARROWEST_GAP: f64 = 1e-4;
 /// Relative error of steps that is allowed at first.
 const TOLERANCE: f64 = 1e-6;
 /// Least relative error of steps that is asked for.
@@ -62,14 +62,14 @@ const DEGENERATE: f64 = 30.0;
 const POSSIBLE: f64 = 2.0;
 /// Largest difference between the miss of the ray halfway and what the cubic says, as a share of
 /// the largest of the three misses, at which the cubic is trusted.
-const TRUSTED: f64 = 0.02;
+const TRUSTED_CUBIC: f64 = 0.02;
 /// Largest difference of length between the passes of neighbouring rays that belong together, as a
 /// share of the length, beyond what the rays spread to and miss by.
-const TOGETHER: f64 = 0.02;
+const PASSES_TOGETHER: f64 = 0.02;
 /// Largest miss of an arrival, as a share of the scale, unless the bracket allows no less.
-const FOUND: f64 = 1e-12;
+const MISS_FOUND: f64 = 1e-12;
 /// Most shots to find an arrival.
-const MOST_SHOTS: usize = 40;
+const MOST_ARRIVAL_SHOTS: usize = 40;
 
 /// The rays from one node, and what is found between them.
 struct Fan<'a, const D: usize, S: Surface<D>> {
@@ -82,7 +82,7 @@ struct Fan<'a, const D: usize, S: Surface<D>> {
     rays: usize,
     most_rays: usize,
     /// Pairs of neighbouring rays between which an arrival lies, with their passes.
-    brackets: Vec<[Side; 2]>,
+    brackets: Vec<[BracketEnd; 2]>,
     /// Rays that pass the target closer than they can tell, by angle and length.
     touching: Vec<(f64, f64)>,
     covered: bool,
@@ -90,7 +90,7 @@ struct Fan<'a, const D: usize, S: Surface<D>> {
 
 /// How a ray at an end of a bracket passes the target.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+struct BracketEnd {
     angle: f64,
     length: f64,
     miss: f64,
@@ -121,9 +121,9 @@ pub(crate) fn sweep<const D: usize, S: Surface<D>>(
         covered: true,
     };
     let first = fan.first_rays()?;
-    for i in 0..FIRST_RAYS {
-        let mut next = first[(i + 1) % FIRST_RAYS].clone();
-        next.angle = TAU * (i + 1) as f64 / FIRST_RAYS as f64;
+    for i in 0..FIRST_SWEEP_RAYS {
+        let mut next = first[(i + 1) % FIRST_SWEEP_RAYS].clone();
+        next.angle = TAU * (i + 1) as f64 / FIRST_SWEEP_RAYS as f64;
         fan.between(&first[i], &next, false);
     }
     let mut arrivals: Vec<Arrival<D, S::Place>> = Vec::new();
@@ -161,8 +161,8 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
     /// by.
     fn first_rays(&mut self) -> Option<Vec<Ray<D, S::Place>>> {
         loop {
-            let rays = (0..FIRST_RAYS).map(|i| {
-                let angle = TAU * i as f64 / FIRST_RAYS as f64;
+            let rays = (0..FIRST_SWEEP_RAYS).map(|i| {
+                let angle = TAU * i as f64 / FIRST_SWEEP_RAYS as f64;
                 self.aim
                     .shoot(&self.from, angle, self.longest, self.tolerance)
             });
@@ -173,7 +173,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
             });
             let wanted = OF_MISSES * misses.fold(0.0, f64::max) / self.aim.scale;
             if wanted >= self.tolerance || self.tolerance <= LEAST_TOLERANCE {
-                self.rays = FIRST_RAYS;
+                self.rays = FIRST_SWEEP_RAYS;
                 let errors = self.tolerance.max(self.aim.roughness(&self.from));
                 self.floor = DEGENERATE * errors * self.aim.scale;
                 return Some(rays);
@@ -189,12 +189,12 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
         if !(a.complete && b.complete) {
             self.covered = false;
         }
-        let sides = |ray: &Ray<D, S::Place>| -> Vec<Side> {
+        let sides = |ray: &Ray<D, S::Place>| -> Vec<BracketEnd> {
             let passes = ray.passes.iter();
             passes.map(|pass| side(ray.angle, pass)).collect()
         };
         let (sides, others) = (sides(a), sides(b));
-        let paired: Vec<(Side, Option<Side>)> = (sides.iter())
+        let paired: Vec<(BracketEnd, Option<BracketEnd>)> = (sides.iter())
             .map(|side| (*side, partner(side, &others, turn)))
             .chain(others.iter().filter_map(|other| {
                 let alone = partner(other, &sides, turn).is_none();
@@ -212,7 +212,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
             a.clears(target, turn) && b.clears(target, turn)
         } else {
             let pairs = wanted.iter().filter_map(|(a, b)| Some((*a, (*b)?)));
-            let single = |(a, b): (Side, Side)| {
+            let single = |(a, b): (BracketEnd, BracketEnd)| {
                 a.miss.abs().max(b.miss.abs()) <= self.floor || roots(&a, &b).len() <= 1
             };
             trusted && whole && pairs.into_iter().all(single)
@@ -227,7 +227,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
             }
             return;
         }
-        if turn < NARROWEST || self.rays >= self.most_rays {
+        if turn < NARROWEST_GAP || self.rays >= self.most_rays {
             self.covered = false;
             for (side, other) in wanted.iter().filter_map(|(a, b)| Some((*a, (*b)?))) {
                 self.bracket(side, other);
@@ -247,7 +247,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
                 let [said, length] = halfway(side, other);
                 middle.pass_near(length).is_some_and(|pass| {
                     let largest = side.miss.abs().max(other.miss.abs()).max(pass.miss.abs());
-                    (pass.miss - said).abs() <= TRUSTED * largest + self.floor
+                    (pass.miss - said).abs() <= TRUSTED_CUBIC * largest + self.floor
                 })
             });
         self.between(a, &middle, right);
@@ -256,7 +256,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
 
     /// Notes that rays between two others arrive with J > 0: as the rays turn to their side, the
     /// target goes over to their other side.
-    fn bracket(&mut self, a: Side, b: Side) {
+    fn bracket(&mut self, a: BracketEnd, b: BracketEnd) {
         if a.miss > 0.0 && b.miss <= 0.0 && (a.minimal || b.minimal) {
             self.brackets.push([a, b]);
         }
@@ -265,7 +265,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
     /// The ray at an angle, with its pass near a length.
     fn shot(&self, angle: f64, length: f64) -> Option<Arrival<D, S::Place>> {
         let tolerance = (0.1 * self.tolerance).max(LEAST_TOLERANCE);
-        let until = length + TOGETHER * self.aim.scale;
+        let until = length + PASSES_TOGETHER * self.aim.scale;
         let ray = self.aim.shoot(&self.from, angle, until, tolerance)?;
         let pass = *ray.pass_near(length)?;
         Some(Arrival { ray, pass })
@@ -273,13 +273,13 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
 
     /// The arrival of rays in a bracket, by Newton's method with the Jacobi field, and halving
     /// where that does not help. `None` where a ray gets lost.
-    fn arrive(&self, bracket: &[Side; 2]) -> Option<Arrival<D, S::Place>> {
+    fn arrive(&self, bracket: &[BracketEnd; 2]) -> Option<Arrival<D, S::Place>> {
         let [mut low, mut high] = *bracket;
         let share = roots(&low, &high).first().copied().unwrap_or(0.5);
         let mut angle = low.angle + share * (high.angle - low.angle);
         let mut best: Option<Arrival<D, S::Place>> = None;
-        let found = FOUND.max(0.1 * self.tolerance) * self.aim.scale;
-        for _ in 0..MOST_SHOTS {
+        let found = MISS_FOUND.max(0.1 * self.tolerance) * self.aim.scale;
+        for _ in 0..MOST_ARRIVAL_SHOTS {
             let shot = self.shot(angle, 0.5 * (low.length + high.length))?;
             let side = side(angle, &shot.pass);
             if (side.miss < 0.0) == (low.miss < 0.0) {
@@ -293,7 +293,7 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
             if side.miss.abs() < before {
                 best = Some(shot);
             }
-            let spread = side.jacobi.abs().max(FOUND * self.aim.scale);
+            let spread = side.jacobi.abs().max(MISS_FOUND * self.aim.scale);
             if side.miss.abs().min((high.angle - low.angle) * spread) <= found {
                 break;
             }
@@ -308,8 +308,8 @@ impl<const D: usize, S: Surface<D>> Fan<'_, D, S> {
 }
 
 /// How a ray at an angle passes the target.
-fn side<const D: usize, P>(angle: f64, pass: &Pass<D, P>) -> Side {
-    Side {
+fn side<const D: usize, P>(angle: f64, pass: &Pass<D, P>) -> BracketEnd {
+    BracketEnd {
         angle,
         length: pass.knot.length,
         miss: pass.miss,
@@ -321,27 +321,27 @@ fn side<const D: usize, P>(angle: f64, pass: &Pass<D, P>) -> Side {
 
 /// An estimate of the length of the arrival in a bracket, and how much it may be off. As the ray
 /// turns, the length at which the target is abreast changes by the miss times J'.
-fn about([a, b]: &[Side; 2]) -> [f64; 2] {
+fn about([a, b]: &[BracketEnd; 2]) -> [f64; 2] {
     let share = a.miss / (a.miss - b.miss);
     let turn = b.angle - a.angle;
-    let from = |side: &Side, turn: f64| side.length + 0.5 * side.miss * side.slope * turn;
+    let from = |side: &BracketEnd, turn: f64| side.length + 0.5 * side.miss * side.slope * turn;
     let (first, last) = (from(a, share * turn), from(b, (share - 1.0) * turn));
     let spread = (a.miss * a.slope).abs().max((b.miss * b.slope).abs()) * turn;
     [0.5 * (first + last), 0.5 * (first - last).abs() + spread]
 }
 
 /// The pass of a neighbouring ray that belongs to a pass.
-fn partner(side: &Side, others: &[Side], turn: f64) -> Option<Side> {
-    let off = |other: &&Side| (other.length - side.length).abs();
+fn partner(side: &BracketEnd, others: &[BracketEnd], turn: f64) -> Option<BracketEnd> {
+    let off = |other: &&BracketEnd| (other.length - side.length).abs();
     let nearest = others.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
     let spread = side.jacobi.abs().max(nearest.jacobi.abs()) * turn;
     let misses = side.miss.abs().max(nearest.miss.abs());
-    let slack = TOGETHER * side.length + spread + misses;
+    let slack = PASSES_TOGETHER * side.length + spread + misses;
     (off(&nearest) <= slack).then_some(*nearest)
 }
 
 /// Whether a geodesic without a conjugate point may arrive beside a ray that passes.
-fn possible(side: &Side, other: Option<&Side>, turn: f64) -> bool {
+fn possible(side: &BracketEnd, other: Option<&BracketEnd>, turn: f64) -> bool {
     let Some(other) = other else {
         return side.minimal && side.miss.abs() <= POSSIBLE * turn * side.jacobi.abs();
     };
@@ -355,7 +355,7 @@ fn possible(side: &Side, other: Option<&Side>, turn: f64) -> bool {
 
 /// The value of the cubic at a share of the gap. At the ends it has the values and slopes of the
 /// misses; a ray that is turned to its side misses by J less.
-fn cubic(a: &Side, b: &Side, s: f64) -> f64 {
+fn cubic(a: &BracketEnd, b: &BracketEnd, s: f64) -> f64 {
     let turn = b.angle - a.angle;
     let (da, db) = (-a.jacobi * turn, -b.jacobi * turn);
     let r = 1.0 - s;
@@ -364,16 +364,16 @@ fn cubic(a: &Side, b: &Side, s: f64) -> f64 {
 }
 
 /// The value of the cubic halfway, and the mean length.
-fn halfway(a: &Side, b: &Side) -> [f64; 2] {
+fn halfway(a: &BracketEnd, b: &BracketEnd) -> [f64; 2] {
     [cubic(a, b, 0.5), 0.5 * (a.length + b.length)]
 }
 
 /// The shares of the gap at which the cubic changes sign.
-fn roots(a: &Side, b: &Side) -> Vec<f64> {
-    const PARTS: usize = 16;
-    let at = |i: usize| i as f64 / PARTS as f64;
+fn roots(a: &BracketEnd, b: &BracketEnd) -> Vec<f64> {
+    const CUBIC_PARTS: usize = 16;
+    let at = |i: usize| i as f64 / CUBIC_PARTS as f64;
     let changes = |i: &usize| (cubic(a, b, at(*i)) < 0.0) != (cubic(a, b, at(i + 1)) < 0.0);
-    let parts = (0..PARTS).filter(changes);
+    let parts = (0..CUBIC_PARTS).filter(changes);
     let root = |i: usize| {
         let (mut low, mut high) = (at(i), at(i + 1));
         let sign = cubic(a, b, low) < 0.0;

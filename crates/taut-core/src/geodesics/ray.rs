@@ -19,7 +19,7 @@ pub(crate) struct Knot<const D: usize, P> {
     /// The unit tangent at a right angle to the ray, to the same side all along.
     pub side: Vector<D>,
     /// The normal curvature vector II(x', x') of the ray.
-    pub bend: Vector<D>,
+    pub normal_curvature: Vector<D>,
     /// A bound of the normal curvatures of the surface here.
     pub curvature: f64,
     /// The Gauss curvature here.
@@ -62,27 +62,27 @@ pub(crate) struct Aim<'a, const D: usize, S: Surface<D>> {
 }
 
 /// Longest step, in radii of curvature.
-const LONGEST_STEP: f64 = 0.6;
+const LONGEST_SWEEP_STEP: f64 = 0.6;
 /// Longest step, in radii of charts.
 const CHARTS: f64 = 8.0;
 /// Shortest step, as a share of the longest: a ray ends where steps must be shorter.
-const SHORTEST_STEP: f64 = 1e-4;
+const SHORTEST_SWEEP_STEP: f64 = 1e-4;
 /// Most steps of one ray, tried ones included.
-const MOST_STEPS: usize = 5_000;
+const MOST_SWEEP_STEPS: usize = 5_000;
 /// Largest distance of the target from a ray that passes it, in radii of curvature.
-const NEAR: f64 = 0.5;
+const NEAR_PASS: f64 = 0.5;
 /// Weight of the error of the Jacobi field in the error of a step.
 const SPREADING: f64 = 0.1;
 /// Distance along the ray, as a share of the scale, at which a pass is found: the miss changes by
 /// its square only.
-const FOUND: f64 = 1e-13;
+const PASS_FOUND: f64 = 1e-13;
 /// Most tries to find a pass.
 const MOST_TRIES: usize = 8;
 /// Relative distance from a pass at which a conjugate point may lie behind the pass.
 const AT_CONJUGATE: f64 = 1e-3;
 /// Relative error of steps below which it is useless to go, per unit of the surface's height error
 /// over a chart's radius.
-const ROUGH: f64 = 1.0;
+const ROUGH_SWEEP_STEP: f64 = 1.0;
 
 /// A step of a ray.
 pub(crate) struct Step<K> {
@@ -123,7 +123,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         let at = |place: S::Place| {
             let resolution = self.surface.resolution(place);
             if resolution > 0.0 {
-                ROUGH * self.surface.height_error(place) / resolution
+                ROUGH_SWEEP_STEP * self.surface.height_error(place) / resolution
             } else {
                 0.0
             }
@@ -187,17 +187,18 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             complete: false,
         };
         let mut step = f64::INFINITY;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MOST_SWEEP_STEPS {
             if last.length >= longest {
                 ray.complete = true;
                 break;
             }
             let resolution = self.surface.resolution(last.place);
-            let mut most = LONGEST_STEP / last.curvature.max(1.0 / self.scale);
+            let mut most = LONGEST_SWEEP_STEP / last.curvature.max(1.0 / self.scale);
             let mut allowed = tolerance;
             if resolution > 0.0 {
                 most = most.min(CHARTS * resolution);
-                allowed = allowed.max(ROUGH * self.surface.height_error(last.place) / resolution);
+                allowed = allowed
+                    .max(ROUGH_SWEEP_STEP * self.surface.height_error(last.place) / resolution);
             }
             // The last step ends just beyond the length asked for, so that the loop ends there.
             step = step.min(most).min(longest - last.length + 1e-9 * longest);
@@ -209,20 +210,20 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             }) = taken
             else {
                 step *= 0.5;
-                if step < SHORTEST_STEP * most {
+                if step < SHORTEST_SWEEP_STEP * most {
                     break;
                 }
                 continue;
             };
             let excess = error / (allowed * step);
             let change = 0.9 * excess.max(1e-6).powf(-1.0 / 7.0);
-            if excess > 1.0 && step > SHORTEST_STEP * most {
+            if excess > 1.0 && step > SHORTEST_SWEEP_STEP * most {
                 step *= change.max(0.2);
                 continue;
             }
             if is_creased {
                 step *= 0.5;
-                if step < SHORTEST_STEP * most {
+                if step < SHORTEST_SWEEP_STEP * most {
                     break;
                 }
                 continue;
@@ -237,7 +238,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             self.pass(
                 [&last, &next],
                 &mut ray,
-                FOUND.max(0.1 * tolerance),
+                PASS_FOUND.max(0.1 * tolerance),
                 &mut geometry,
             );
             last = next;
@@ -287,7 +288,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         let mut slopes = [start; 12];
         slopes[0] = State {
             x: from.ahead,
-            v: from.bend,
+            v: from.normal_curvature,
             j: [from.jacobi[1], -from.gauss * from.jacobi[0]],
         };
         let mut place = from.place;
@@ -298,8 +299,11 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
             if let Some(slope) = slopes.get_mut(i + 1) {
                 *slope = State {
                     x: stage.v,
-                    v: geometry.bend(&stage.v),
-                    j: [stage.j[1], -gauss(&geometry.bends()) * stage.j[0]],
+                    v: geometry.normal_curvature(&stage.v),
+                    j: [
+                        stage.j[1],
+                        -gauss(&geometry.second_fundamental_form()) * stage.j[0],
+                    ],
                 };
             }
         }
@@ -353,7 +357,7 @@ impl<const D: usize, S: Surface<D>> Aim<'_, D, S> {
         if !(before > 0.0 && after <= 0.0) {
             return;
         }
-        let reach = NEAR / to.curvature.max(1.0 / self.scale);
+        let reach = NEAR_PASS / to.curvature.max(1.0 / self.scale);
         if (self.target.point - to.point).norm() > reach + (to.length - from.length) {
             return;
         }
@@ -399,24 +403,24 @@ fn knot<const D: usize, P>(
     place: P,
     geometry: &Geometry<D>,
 ) -> Knot<D, P> {
-    let bends = geometry.bends();
-    let [first, both, last] = bends.map(|bend| bend.norm_squared());
+    let form = geometry.second_fundamental_form();
+    let [first, both, last] = form.map(|normal_curvature| normal_curvature.norm_squared());
     Knot {
         length,
         point,
         ahead,
         side,
-        bend: geometry.bend(&ahead),
+        normal_curvature: geometry.normal_curvature(&ahead),
         curvature: (first + 2.0 * both + last).sqrt(),
-        gauss: gauss(&bends),
+        gauss: gauss(&form),
         jacobi,
         place,
     }
 }
 
 /// The Gauss curvature, from the second fundamental form.
-fn gauss<const D: usize>(bends: &[Vector<D>; 3]) -> f64 {
-    bends[0].dot(&bends[2]) - bends[1].norm_squared()
+fn gauss<const D: usize>(form: &[Vector<D>; 3]) -> f64 {
+    form[0].dot(&form[2]) - form[1].norm_squared()
 }
 
 impl<const D: usize, P: Copy> Ray<D, P> {

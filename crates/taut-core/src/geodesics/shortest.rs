@@ -2,6 +2,7 @@
 //! apart ways that differ by little, and the shortest is found among all the geodesics that rays
 //! find.
 
+use crate::correction::ELEMENT_TURNING;
 use crate::correction::newton::Solver;
 use crate::correction::{self, Scheme, Settings, Straight, shares};
 use crate::geodesics::fan::{Arrival, Sweep, sweep};
@@ -17,12 +18,10 @@ const CONJUGATE: f64 = 0.3;
 /// ends are nearly conjugate, on clouds, whose graphs tell more ways apart.
 const CONJUGATE_ON_CLOUDS: f64 = 0.07;
 /// Length to which rays are followed, as a multiple of that of the shortest path known.
-const LONGER: f64 = 1.03;
+const SWEEP_LENGTH: f64 = 1.03;
 /// Share of the shortest length by which other arrivals may be longer, by shooting, to be pulled
 /// taut as well. It is also how well lengths must agree for a path to be proven shortest.
-const CLOSE: f64 = 1e-5;
-/// Turning of an arrival per element, in radians.
-const TURNING: f64 = 1.6;
+const CLOSE_ARRIVAL: f64 = 1e-5;
 /// Farthest that the middle of an arrival may move when it is pulled taut, as a share of its
 /// length, for it to be the same geodesic.
 const SAME_PLACE: f64 = 0.01;
@@ -53,7 +52,7 @@ pub(crate) fn nearly_conjugate<const D: usize, S: Surface<D>>(
 
 /// Paths between two nodes, and what rays know about them.
 #[derive(Clone, Debug)]
-pub(crate) struct Found<const D: usize> {
+pub(crate) struct FoundByRays<const D: usize> {
     pub paths: Vec<Path<D>>,
     /// Geodesics found by rays that could not be pulled taut to the tolerance, so that only their
     /// length is known.
@@ -63,7 +62,7 @@ pub(crate) struct Found<const D: usize> {
     shortest: f64,
 }
 
-impl<const D: usize> Default for Found<D> {
+impl<const D: usize> Default for FoundByRays<D> {
     fn default() -> Self {
         Self {
             paths: Vec::new(),
@@ -73,7 +72,7 @@ impl<const D: usize> Default for Found<D> {
     }
 }
 
-impl<const D: usize> Found<D> {
+impl<const D: usize> FoundByRays<D> {
     /// Adds the paths that differ from those known.
     pub fn merge(&mut self, paths: Vec<Path<D>>) {
         for path in paths {
@@ -87,7 +86,7 @@ impl<const D: usize> Found<D> {
     pub fn proves_shortest(&self) -> bool {
         let best = self.paths.iter().filter(|path| path.converged());
         let best = best.map(|path| path.length).fold(f64::INFINITY, f64::min);
-        (best / self.shortest - 1.0).abs() <= CLOSE
+        (best / self.shortest - 1.0).abs() <= CLOSE_ARRIVAL
             && self.unsure.iter().all(|path| path.length >= best)
     }
 
@@ -151,8 +150,8 @@ pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
     known: f64,
     settings: &Settings,
     solver: &mut Solver<D, S::Place>,
-) -> Found<D> {
-    let mut found = Found::default();
+) -> FoundByRays<D> {
+    let mut found = FoundByRays::default();
     let [from, .., to] = guess else { return found };
     let smooth = surface.intrinsic_dimension() == 2 && surface.detail() == 0.0;
     if !smooth || settings.scheme != Scheme::Newton || known.is_nan() || known <= 0.0 {
@@ -173,13 +172,15 @@ pub(crate) fn by_rays<const D: usize, S: Surface<D>>(
     } else {
         MOST_RAYS
     };
-    let Some(Sweep { arrivals, covered }) = sweep(&aim, from, LONGER * known, most_rays) else {
+    let Some(Sweep { arrivals, covered }) = sweep(&aim, from, SWEEP_LENGTH * known, most_rays)
+    else {
         return found;
     };
     let Some(shortest) = arrivals.first().map(Arrival::length) else {
         return found;
     };
-    let near = |arrival: &&Arrival<D, S::Place>| arrival.length() <= (1.0 + CLOSE) * shortest;
+    let near =
+        |arrival: &&Arrival<D, S::Place>| arrival.length() <= (1.0 + CLOSE_ARRIVAL) * shortest;
     let near: Vec<_> = arrivals.iter().take_while(near).collect();
     let mut pulled = near.len() <= MOST_PULLED;
     for arrival in near.into_iter().take(MOST_PULLED) {
@@ -212,7 +213,7 @@ fn straight<const D: usize, S: Surface<D>>(
     solver: &mut Solver<D, S::Place>,
 ) -> Option<Straight<D, S::Place>> {
     let length = arrival.pass.knot.length;
-    let elements = (arrival.turning() / TURNING).ceil().max(1.0) as usize;
+    let elements = (arrival.turning() / ELEMENT_TURNING).ceil().max(1.0) as usize;
     let shares = shares(elements);
     let inner = shares[1..shares.len() - 1].iter();
     let mut nodes = aim.nodes_at(&arrival.ray, inner.map(|share| share * length))?;

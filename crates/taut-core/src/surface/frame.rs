@@ -202,7 +202,7 @@ impl<const D: usize> Geometry<D> {
 
     /// The normal curvature vector II(t, t) = -J^+ [t' Hess F_a t]_a along a tangent vector t.
     #[must_use]
-    pub fn bend(&self, t: &Vector<D>) -> Vector<D> {
+    pub fn normal_curvature(&self, t: &Vector<D>) -> Vector<D> {
         let mut second = [0.0; D];
         for (value, hessian) in second.iter_mut().zip(&self.hessians) {
             *value = -(hessian * t).dot(t);
@@ -212,10 +212,10 @@ impl<const D: usize> Geometry<D> {
 
     /// The vectors II(e, e), II(e, f) and II(f, f) for the two tangents e and f of a surface of
     /// dimension 2.
-    pub(crate) fn bends(&self) -> [Vector<D>; 3] {
+    pub(crate) fn second_fundamental_form(&self) -> [Vector<D>; 3] {
         let (e, f) = (self.tangent(0), self.tangent(1));
-        let (first, last) = (self.bend(&e), self.bend(&f));
-        let both = self.bend(&((e + f) * std::f64::consts::FRAC_1_SQRT_2));
+        let (first, last) = (self.normal_curvature(&e), self.normal_curvature(&f));
+        let both = self.normal_curvature(&((e + f) * std::f64::consts::FRAC_1_SQRT_2));
         [first, both - (first + last) * 0.5, last]
     }
 

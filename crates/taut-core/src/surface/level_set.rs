@@ -27,7 +27,7 @@ pub(crate) trait LevelSet<const D: usize> {
 }
 
 /// Most steps of Newton-Raphson to a foot.
-const MOST_STEPS: usize = 40;
+const MOST_FOOT_STEPS: usize = 40;
 /// Length of steps, as a share of the reach, below which they no longer change the place.
 const SETTLED: f64 = 1e-4;
 /// Curvature of a surface of unit reach that the last step allows for.
@@ -44,7 +44,7 @@ pub(crate) fn foot<const D: usize, L: LevelSet<D>>(
 ) -> Option<Vector<D>> {
     let mut x = *x;
     let mut last = f64::INFINITY;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MOST_FOOT_STEPS {
         // Near the foot the place is kept. The equations of two places differ by a little, and
         // Newton's method would go to and fro between them.
         if last > SETTLED * level_set.reach(*place) && !level_set.locate(&x, place) {

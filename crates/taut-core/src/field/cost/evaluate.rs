@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::field::Value;
 use crate::field::cost::update::{Known, Target, Way, through};
-use crate::field::cost::{Found, Net, Slope};
+use crate::field::cost::{Marched, Net, Slope};
 use crate::field::rays::frame::Frame;
 use crate::surface::{Geometry, Node, Surface};
 
@@ -11,12 +11,12 @@ use crate::surface::{Geometry, Node, Surface};
 /// direction of the ways.
 const BRANCHES: usize = 6;
 /// Least cosine between that direction and the direction of other ways whose points count.
-const ALIKE: f64 = 0.7;
+const WAYS_ALIKE: f64 = 0.7;
 /// Number of points beside a place that must be reached straight from a source for the place to be
 /// reached so too.
-const BESIDE: usize = 3;
+const BESIDE_PLACE: usize = 3;
 
-impl<const D: usize> Found<D> {
+impl<const D: usize> Marched<D> {
     /// The number of points that no way leads to.
     pub fn unreached(&self) -> usize {
         let unreached = |value: &&Value<D>| value.distance.is_infinite();
@@ -61,7 +61,7 @@ impl<const D: usize> Found<D> {
             slope: Slope::Level,
             is_length: true,
         };
-        let beside = near.iter().take(BESIDE);
+        let beside = near.iter().take(BESIDE_PLACE);
         let error = beside.map(|i| self.values[*i as usize].error);
         let error = error.fold(0.0, f64::max);
         let of_way = |way: Way<D>, source: u32| Value {
@@ -82,7 +82,7 @@ impl<const D: usize> Found<D> {
 
     /// The least way straight from a source, where the nearest points are reached so; else `None`.
     fn straight(&self, target: &Target<'_, D>, near: &[u32]) -> Option<(Way<D>, u32)> {
-        let beside = near.iter().take(BESIDE);
+        let beside = near.iter().take(BESIDE_PLACE);
         let origins = beside.map(|i| self.straight[*i as usize]);
         let origins: Vec<u32> = origins.collect::<Option<_>>()?;
         let ways = origins.iter().map(|i| {
@@ -156,7 +156,7 @@ impl<const D: usize> Found<D> {
         let ahead = self.gradients[least.0];
         let alike = |i: usize| {
             let other = &self.gradients[i];
-            other.dot(&ahead) >= ALIKE * other.norm() * ahead.norm()
+            other.dot(&ahead) >= WAYS_ALIKE * other.norm() * ahead.norm()
         };
         let mut weighed: Vec<(f64, usize, Vector<D>)> = known
             .iter()

@@ -16,26 +16,26 @@ use crate::order::sort_by_number;
 use crate::parallel;
 
 /// Number of points nearest to a source that take the straight way from it.
-const AT_SOURCE: usize = 30;
+const POINTS_AT_SOURCE: usize = 30;
 /// Number of points nearest to a source by which its neighbourhood is judged.
 const NEAR_SOURCE: usize = 60;
 /// Least share of the cost by which an improvement must lower it to be made.
-const LEAST: f64 = 1e-10;
+const LEAST_IMPROVEMENT: f64 = 1e-10;
 /// Number of sweeps with cubic segments where costs do not depend on the direction.
 const SWEEPS: usize = 2;
 /// Number of sweeps with cubic segments where costs depend on the direction, as least ways need not
 /// come in order there.
 const SWEEPS_OF_SLOPES: usize = 4;
 /// How uncertain the place of a corner is that a way turns round, in spacings of the points.
-const CORNER: f64 = 1.0;
+const CORNER_DOUBT: f64 = 1.0;
 /// Least turn of a way at a point for it to count as a corner, as the length of the difference of
 /// the unit steps.
-const TURN: f64 = 0.2;
+const LEAST_TURN: f64 = 0.2;
 /// Distance, in spacings of the points, whose cost is more than the change that cubic segments make
 /// at the farthest point that is asked for.
-const EDGE: f64 = 2.0;
+const MARCH_MARGIN: f64 = 2.0;
 /// Share of a jump of the cost by which the last step of a way may cost more or less.
-const JUMP: f64 = 0.5;
+const JUMP_SHARE: f64 = 0.5;
 
 /// Factor of the estimated errors of the points' places in the error of a cost.
 const PLACES: f64 = 2.0;
@@ -45,7 +45,7 @@ const FLOOR: f64 = 1e-3;
 /// A place of a source: where it lies, a node of the graph beside it, its start value, and the
 /// index of the source.
 #[derive(Clone, Debug)]
-pub(crate) struct Origin<const D: usize> {
+pub(crate) struct SourcePlace<const D: usize> {
     pub point: Vector<D>,
     pub near: Option<u32>,
     pub start: f64,
@@ -59,12 +59,12 @@ pub(crate) struct Origin<const D: usize> {
 
 /// The least cost at each point of the net.
 #[derive(Clone, Debug)]
-pub(crate) struct Found<const D: usize> {
+pub(crate) struct Marched<const D: usize> {
     pub values: Vec<Value<D>>,
     /// The gradient of the cost at each point.
     pub(super) gradients: Vec<Vector<D>>,
     /// The places of the sources.
-    pub(super) origins: Vec<Origin<D>>,
+    pub(super) origins: Vec<SourcePlace<D>>,
     /// For each point the place that it is reached straight from, if any.
     pub(super) straight: Vec<Option<u32>>,
 }
@@ -134,10 +134,10 @@ pub(crate) struct Limits {
 /// coordinates, for messages.
 pub(crate) fn find<const D: usize>(
     net: &Net<D>,
-    sources: Vec<Origin<D>>,
+    sources: Vec<SourcePlace<D>>,
     limits: Limits,
     coordinates: &Vector<D>,
-) -> Result<Found<D>, Error> {
+) -> Result<Marched<D>, Error> {
     let start = beside(net, &sources, coordinates)?;
     let (first, longest) = in_order(net, start, limits);
     let mut order: Vec<u32> = (0..first.len() as u32)
@@ -203,7 +203,7 @@ pub(crate) fn find<const D: usize>(
             direction: ahead.try_normalize(0.0).unwrap_or_else(Vector::zeros),
         }
     };
-    Ok(Found {
+    Ok(Marched {
         values: parallel::map(inner.len(), value),
         gradients: inner.iter().map(|label| label.gradient).collect(),
         straight: inner.iter().map(|label| label.origin).collect(),
@@ -214,7 +214,7 @@ pub(crate) fn find<const D: usize>(
 /// Labels the points beside the sources, which are reached straight from them.
 fn beside<const D: usize>(
     net: &Net<D>,
-    sources: &[Origin<D>],
+    sources: &[SourcePlace<D>],
     coordinates: &Vector<D>,
 ) -> Result<Vec<Label<D>>, Error> {
     let mut labels = vec![Label::none(); net.points.len()];
@@ -230,7 +230,7 @@ fn beside<const D: usize>(
                 reason: "a source lies where the cost is infinite",
             });
         }
-        for point in near.iter().take(AT_SOURCE) {
+        for point in near.iter().take(POINTS_AT_SOURCE) {
             let x = &net.points[*point as usize];
             let there = net.costs[*point as usize];
             if !there.is_finite() || !net.is_open(&origin.point, x, &near) {
@@ -253,7 +253,7 @@ fn beside<const D: usize>(
                 - (length * length - 0.25 * origin.gap * origin.gap)
                     .max(0.0)
                     .sqrt();
-            let bent = match (&origin.frame, net.frame(*point)) {
+            let astray = match (&origin.frame, net.frame(*point)) {
                 (Some(from), Some(to)) if net.is_length => from.disagreement(to),
                 _ => 0.0,
             };
@@ -263,7 +263,7 @@ fn beside<const D: usize>(
                     gradient: way.gradient,
                     step: way.step,
                     source: origin.source,
-                    doubt: 0.25 * (there - rate).abs() * length + rate * nearer + bent,
+                    doubt: 0.25 * (there - rate).abs() * length + rate * nearer + astray,
                     origin: Some(index),
                     heights,
                 };
@@ -309,11 +309,11 @@ fn label<const D: usize>(
     let [before, after] = [from.step, way.step].map(|s| s.try_normalize(0.0));
     if let (Some(before), Some(after)) = (before, after) {
         let turn = (after - before).norm();
-        if turn > TURN && net.slope == Slope::Level {
-            doubt += CORNER * net.spacing[end] * net.costs[end] * turn;
+        if turn > LEAST_TURN && net.slope == Slope::Level {
+            doubt += CORNER_DOUBT * net.spacing[end] * net.costs[end] * turn;
         }
     }
-    doubt += JUMP * net.jumps[point as usize] * way.step.norm();
+    doubt += JUMP_SHARE * net.jumps[point as usize] * way.step.norm();
     let mut heights = from.heights;
     net.add_errors(point, &way.step, &mut heights);
     Label {
@@ -356,7 +356,7 @@ fn in_order<const D: usize>(
         // because the sweeps still change costs.
         if missing > 0 && passed.insert(point) {
             let i = point as usize;
-            farthest = farthest.max(cost + EDGE * net.spacing[i] * net.costs[i]);
+            farthest = farthest.max(cost + MARCH_MARGIN * net.spacing[i] * net.costs[i]);
             missing -= 1;
             if missing == 0 {
                 longest = longest.min(farthest);
@@ -407,7 +407,7 @@ fn improve<const D: usize>(
     }
     let from = ends.map(|end| known(net, labels, end, false));
     let way = through(&net.target(point), [&from[0], &from[1]]);
-    if way.cost < held * (1.0 - LEAST) && way.cost <= longest {
+    if way.cost < held * (1.0 - LEAST_IMPROVEMENT) && way.cost <= longest {
         labels[point as usize] = label(net, labels, &way, point, ends);
         heap.push(Waiting {
             cost: way.cost,

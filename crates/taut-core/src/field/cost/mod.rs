@@ -14,7 +14,7 @@ mod march;
 mod net;
 mod update;
 
-pub(crate) use march::{Found, Limits, Origin, find};
+pub(crate) use march::{Limits, Marched, SourcePlace, find};
 pub(crate) use net::Net;
 
 use crate::Vector;
@@ -37,7 +37,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let is_surface = surface.intrinsic_dimension() == 2;
         let origin = |source: u32, at: &Source<D, S::Place>, gap: f64| {
             let entrances = self.geodesics.entrances(&at.node);
-            Origin {
+            SourcePlace {
                 point: at.node.point,
                 near: nearest_entrance(&entrances).map(|nearest| nearest.0),
                 start: at.start,
@@ -48,7 +48,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                     .flatten(),
             }
         };
-        let origins: Vec<Origin<D>> = match sources {
+        let origins: Vec<SourcePlace<D>> = match sources {
             Sources::Points([]) => return Err(Error::NoSources),
             Sources::Points(points) => {
                 let points = (0..).zip(points);
@@ -118,7 +118,7 @@ pub enum Slope {
 }
 
 /// Decay of the walking speed by grade, in Tobler's function.
-const DECAY: f64 = 3.5;
+const SPEED_DECAY: f64 = 3.5;
 /// Downhill grade at which walking is fastest, in Tobler's function.
 const EASIEST: f64 = 0.05;
 /// Index of the coordinate that points up.
@@ -132,8 +132,8 @@ impl Slope {
             Self::Level => (1.0, 0.0),
             Self::Hiking => {
                 let off = grade + EASIEST;
-                let factor = (DECAY * (off.abs() - EASIEST)).exp();
-                (factor, DECAY * factor * off.signum())
+                let factor = (SPEED_DECAY * (off.abs() - EASIEST)).exp();
+                (factor, SPEED_DECAY * factor * off.signum())
             }
             Self::Factors { up, down } => {
                 if grade > 0.0 {

@@ -13,13 +13,14 @@ use crate::field::cost::{Cost, Slope};
 use crate::field::rays::frame::Frame;
 use crate::parallel;
 use crate::spatial::tree::{Neighbour, Tree};
+use crate::surface::atlas::CROSSING;
 use crate::surface::atlas::{Atlas, ChartIndex, Lists};
 use crate::surface::{Geometry, Node, Surface};
 
 /// Ranks, by distance, of the nearest neighbours from which the inner ring round a point is made.
-const INNER: std::ops::Range<usize> = 0..40;
+const INNER_RING: std::ops::Range<usize> = 0..40;
 /// Ranks, by distance, of the nearest neighbours from which the outer ring round a point is made.
-const OUTER: std::ops::Range<usize> = 10..70;
+const OUTER_RING: std::ops::Range<usize> = 10..70;
 /// Least angle between two neighbours of a ring, in radians; neighbours join the ring nearest
 /// first.
 const CLOSEST: f64 = 0.35;
@@ -27,14 +28,11 @@ const CLOSEST: f64 = 0.35;
 const CLOSED: f64 = 1.05;
 /// Largest angle between two successive neighbours of a ring, in radians, for a segment to join
 /// them.
-const WIDEST: f64 = 2.0;
+const WIDEST_SEGMENT: f64 = 2.0;
 /// Shares of a straight step at which it is looked at, between its ends.
-const ALONG: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
+const STEP_LOOKS: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
 /// Number of points above which a chart keeps its points in a tree.
-const CROWDED: usize = 512;
-/// How far a step may lie beyond a rim (the boundary of the surface) that it cuts across, in
-/// spacings of the points.
-const CROSSING: f64 = 0.75;
+const CROWDED_CHART: usize = 512;
 
 /// A neighbour in the ring round a point; a ring is sorted by angle.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +71,7 @@ impl Rings {
 
 /// How far the surface errs at a point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Doubt {
+pub(crate) struct PointDoubt {
     /// Standard error of the surface's height, in the input's units.
     pub height: f64,
     /// Radius of the chart, in the input's units.
@@ -92,7 +90,7 @@ pub(crate) struct Net<const D: usize> {
     /// The cost per length at each point.
     pub costs: Vec<f64>,
     /// How far the surface errs at each point.
-    pub doubts: Vec<Doubt>,
+    pub doubts: Vec<PointDoubt>,
     pub slope: Slope,
     /// Whether costs are lengths.
     pub is_length: bool,
@@ -170,7 +168,7 @@ impl<const D: usize> Net<D> {
         let doubt = |i: usize| {
             let (height, radius, noise) = atlas.doubt(nodes[i].place);
             let off = (points[i] - nodes[i].point).norm().max(noise);
-            Doubt {
+            PointDoubt {
                 height,
                 radius,
                 off,
@@ -209,7 +207,7 @@ impl<const D: usize> Net<D> {
         };
         for chart in 0..owned.len() as u32 {
             let points = net.by_chart.of(chart).iter();
-            if points.len() > CROWDED {
+            if points.len() > CROWDED_CHART {
                 let points: Vec<_> = points.map(|j| net.points[*j as usize]).collect();
                 net.crowded.insert(chart, Tree::new(&points));
             }
@@ -254,7 +252,7 @@ impl<const D: usize> Net<D> {
         if length > 0.0 {
             let curvature = self.frames[i].as_ref().map_or(0.0, |frame| {
                 let along = frame.coordinates(step);
-                frame.bend(along, along).norm() / (length * length)
+                frame.second_form(along, along).norm() / (length * length)
             });
             errors.add(
                 length,
@@ -319,7 +317,7 @@ impl<const D: usize> Net<D> {
         };
         !self.walls
             || near.iter().all(passable)
-            || ALONG.iter().all(|t| {
+            || STEP_LOOKS.iter().all(|t| {
                 let place = x + (to - x) * *t;
                 let squared = |j: &u32| (self.points[*j as usize] - place).norm_squared();
                 let nearest = near.iter().min_by(|a, b| squared(a).total_cmp(&squared(b)));
@@ -348,7 +346,7 @@ impl<const D: usize> Net<D> {
         geometry: &mut Geometry<D>,
     ) -> (Vec<Spoke>, Vec<Spoke>, f64) {
         let x = self.points[point as usize];
-        let mut near = self.nearest(&x, chart, OUTER.end + 1);
+        let mut near = self.nearest(&x, chart, OUTER_RING.end + 1);
         let distance = |j: &u32| (self.points[*j as usize] - x).norm();
         let others = near.iter().filter(|j| **j != point).take(4);
         let spacing = others.clone().map(distance).sum::<f64>() / others.count().max(1) as f64;
@@ -363,7 +361,7 @@ impl<const D: usize> Net<D> {
                 let depth = atlas.beyond_rim(&(x + (to - x) * *t), chart);
                 depth.is_none_or(|d| d.0 <= CROSSING * spacing)
             };
-            self.is_open(&x, to, &near) && ALONG.iter().skip(1).step_by(2).all(over)
+            self.is_open(&x, to, &near) && STEP_LOOKS.iter().skip(1).step_by(2).all(over)
         };
         let plane = geometry.intrinsic_dimension() == 2;
         let angle = |to: u32| {
@@ -392,7 +390,7 @@ impl<const D: usize> Net<D> {
             let ring = spread(&open[ranks], |to| passes(&self.points[to as usize]));
             self.joined(&x, &ring, plane, &passes)
         };
-        (ring(INNER), ring(OUTER), spacing)
+        (ring(INNER_RING), ring(OUTER_RING), spacing)
     }
 
     /// The spokes of a ring, with whether a segment joins each neighbour and the next one by angle.
@@ -408,7 +406,7 @@ impl<const D: usize> Net<D> {
             let (to, next) = (ring[i].1, ring[(i + 1) % count].1);
             let ends = [to, next].map(|i| self.points[i as usize]);
             let middle = (ends[0] + ends[1]) * 0.5;
-            let narrow = plane && count > 1 && gap(ring, i) <= WIDEST;
+            let narrow = plane && count > 1 && gap(ring, i) <= WIDEST_SEGMENT;
             let stops = |barrier: &Barrier| {
                 barrier.stops(&ends[0], &ends[1]) || barrier.is_within([x, &ends[0], &ends[1]])
             };

@@ -33,13 +33,13 @@ pub(crate) struct Target<'a, const D: usize> {
     pub is_length: bool,
 }
 
-/// Largest share by which an arc is longer than its chord; where the surface bends more, chords
+/// Largest share by which an arc is longer than its chord; where the surface curves more, chords
 /// tell nothing of arcs.
-const MOST_BENT: f64 = 0.2;
+const MOST_ARC: f64 = 0.2;
 
 impl<const D: usize> Target<'_, D> {
     /// The cost per rate of a step that ends here, and its gradient by the step. The step is an arc
-    /// that bends as the surface does here, and is 1 + (curvature * chord)^2 / 24 times as long as
+    /// that curves as the surface does here, and is 1 + (curvature * chord)^2 / 24 times as long as
     /// its chord.
     fn step(&self, step: &Vector<D>) -> (f64, Vector<D>) {
         let (length, gradient) = self.slope.step(step);
@@ -51,8 +51,8 @@ impl<const D: usize> Target<'_, D> {
             return arc(frame, step);
         }
         let along = frame.coordinates(step);
-        let bent = frame.bend(along, along).norm_squared() / (24.0 * squared);
-        let stretch = 1.0 + bent.min(MOST_BENT);
+        let longer = frame.second_form(along, along).norm_squared() / (24.0 * squared);
+        let stretch = 1.0 + longer.min(MOST_ARC);
         (length * stretch, gradient * stretch)
     }
 }
@@ -62,7 +62,7 @@ fn arc<const D: usize>(frame: &Frame<D>, step: &Vector<D>) -> (f64, Vector<D>) {
     let back = frame.vector(frame.log(&(frame.point - step), ON_SURFACE));
     let (chord, length) = (step.norm(), back.norm());
     let direction = -back / length.max(f64::MIN_POSITIVE);
-    (length.clamp(chord, (1.0 + MOST_BENT) * chord), direction)
+    (length.clamp(chord, (1.0 + MOST_ARC) * chord), direction)
 }
 
 /// A way to a point through a segment.
@@ -89,10 +89,10 @@ const KINK: f64 = 0.3;
 struct Segment<'a, const D: usize> {
     to: &'a Target<'a, D>,
     ends: [&'a Known<'a, D>; 2],
-    edge: Vector<D>,
+    chord: Vector<D>,
     /// The second derivative of the curve on the surface along the segment; 0 where the segment is
     /// straight.
-    bend: Vector<D>,
+    second: Vector<D>,
     /// The coefficients a, b, c and d of the cost along the segment, a + b t + c t^2 + d t^3.
     cubic: [f64; 4],
 }
@@ -102,9 +102,9 @@ impl<const D: usize> Segment<'_, D> {
     /// from that place.
     fn at(&self, t: f64) -> (f64, f64, Vector<D>) {
         let [a, b, c, d] = self.cubic;
-        let start = self.edge * t - self.bend * (0.5 * t * (1.0 - t));
+        let start = self.chord * t - self.second * (0.5 * t * (1.0 - t));
         let step = self.to.point - self.ends[0].point - start;
-        let forwards = self.edge - self.bend * (0.5 - t);
+        let forwards = self.chord - self.second * (0.5 - t);
         let (length, gradient) = self.to.step(&step);
         let rates = self.ends[1].rate - self.ends[0].rate;
         let rate = 0.5 * (self.to.rate + self.ends[0].rate + t * rates);
@@ -160,21 +160,21 @@ impl<const D: usize> Segment<'_, D> {
 pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) -> Way<D> {
     let rate = to.rate;
     let [a, b] = from;
-    let edge = b.point - a.point;
+    let chord = b.point - a.point;
     let rise = b.cost - a.cost;
-    let (along, bend) = along_surface(to, from, &edge);
+    let (along, second) = along_surface(to, from, &chord);
     let slope = |end: &Known<D>, along: &Vector<D>| end.gradient.map_or(rise, |g| g.dot(along));
     let slopes = [slope(a, &along[0]), slope(b, &along[1])];
     // Slopes may make valleys of the cost with a kink, where a cubic would be too low.
-    let most = KINK * 0.5 * (a.rate + b.rate) * edge.norm();
+    let most = KINK * 0.5 * (a.rate + b.rate) * chord.norm();
     let smooth =
         to.slope == Slope::Level || slopes.iter().all(|slope| (slope - rise).abs() <= most);
     let slopes = if smooth { slopes } else { [rise; 2] };
     let segment = Segment {
         to,
         ends: from,
-        edge,
-        bend,
+        chord,
+        second,
         cubic: [
             a.cost,
             slopes[0],
@@ -182,7 +182,7 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) 
             slopes[0] + slopes[1] - 2.0 * rise,
         ],
     };
-    let share = if edge.norm_squared() == 0.0 {
+    let share = if chord.norm_squared() == 0.0 {
         0.0
     } else {
         segment.least()
@@ -200,7 +200,7 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) 
     let start = a.rate + share * (b.rate - a.rate);
     // The gradient changes along the way by the gradient of the cost per length, which is known in
     // the triangle.
-    let change = gradient_in_triangle(to.point - a.point, edge, rate - a.rate, b.rate - a.rate);
+    let change = gradient_in_triangle(to.point - a.point, chord, rate - a.rate, b.rate - a.rate);
     let gradient = direction * (0.5 * (start + rate)) + change * (0.5 * length);
     let along = gradient.dot(&step);
     let scale = if along > 0.0 {
@@ -227,26 +227,26 @@ pub(crate) fn through<const D: usize>(to: &Target<D>, from: [&Known<'_, D>; 2]) 
 fn along_surface<const D: usize>(
     to: &Target<D>,
     [a, b]: [&Known<'_, D>; 2],
-    edge: &Vector<D>,
+    chord: &Vector<D>,
 ) -> ([Vector<D>; 2], Vector<D>) {
     let frames = a.frame.zip(b.frame).filter(|_| to.is_length);
     let Some((first, last)) = frames else {
-        return ([*edge; 2], Vector::zeros());
+        return ([*chord; 2], Vector::zeros());
     };
-    let ahead = arc(last, edge);
-    let back = arc(first, &-edge);
-    let bends = [first, last].map(|frame| {
-        let along = frame.coordinates(edge);
-        frame.bend(along, along)
+    let ahead = arc(last, chord);
+    let back = arc(first, &-chord);
+    let seconds = [first, last].map(|frame| {
+        let along = frame.coordinates(chord);
+        frame.second_form(along, along)
     });
-    let mean = (bends[0] + bends[1]) * 0.5;
-    // A second derivative longer than the edge itself tells nothing of the curve.
-    let bend = if mean.norm_squared() <= edge.norm_squared() {
+    let mean = (seconds[0] + seconds[1]) * 0.5;
+    // A second derivative longer than the chord itself tells nothing of the curve.
+    let second = if mean.norm_squared() <= chord.norm_squared() {
         mean
     } else {
         Vector::zeros()
     };
-    ([-back.1 * back.0, ahead.1 * ahead.0], bend)
+    ([-back.1 * back.0, ahead.1 * ahead.0], second)
 }
 
 /// The gradient of the linear function that changes by `du` along u and by `dv` along v; 0 where u

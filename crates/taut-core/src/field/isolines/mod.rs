@@ -38,13 +38,13 @@ const PASSED: f64 = 0.02;
 /// graph.
 const PASSED_ALIKE: f64 = 0.15;
 /// Least cosine between gradients that agree.
-const ALIKE: f64 = 0.3;
+const GRADIENTS_ALIKE: f64 = 0.3;
 /// Largest distance between a source and an isoline, in mean edges of the graph, at which the line
 /// is looked for about the source: there may be no node between.
-const AT_SOURCE: f64 = 2.0;
+const LINE_ABOUT_SOURCE: f64 = 2.0;
 
 /// Number of vertices above which a line with a small gap between its ends is closed.
-const SHORT: usize = 8;
+const SHORT_LINE: usize = 8;
 /// Largest gap between the ends of a line that is closed, in mean edges of the graph: what parted
 /// them is the tip between two fronts that have just met.
 const GAP: f64 = 0.25;
@@ -140,11 +140,12 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let mut spots = Vec::new();
         for (piece, near) in field.pieces.iter().zip(&field.piece_nodes) {
             let (radius, x) = (follower.level - piece.start, &piece.frame.point);
-            let Some(near) = near.filter(|_| radius > 0.0 && radius <= AT_SOURCE * widest) else {
+            let Some(near) = near.filter(|_| radius > 0.0 && radius <= LINE_ABOUT_SOURCE * widest)
+            else {
                 continue;
             };
             let near = ray::nearest(graph, x, near);
-            if radius <= AT_SOURCE * self.mean_edge(near) {
+            if radius <= LINE_ABOUT_SOURCE * self.mean_edge(near) {
                 let place = (graph.nodes[near as usize].place, near);
                 // A point is encircled; a curve has two sides.
                 let [along, off] = piece.frame.tangents.map(|tangent| tangent * radius);
@@ -193,7 +194,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
                 continue;
             }
             let gap = (first.point - last.point).norm();
-            if !closed && spots.len() > SHORT && gap <= GAP * self.mean_edge(first.near) {
+            if !closed && spots.len() > SHORT_LINE && gap <= GAP * self.mean_edge(first.near) {
                 spots.push(first);
                 closed = true;
             }
@@ -224,7 +225,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             for seed in seeds.by_node.of(node).iter().map(|seed| *seed as usize) {
                 let spot = &seeds.spots[seed];
                 let distance = walk::off(&spot.point, from, to);
-                let alike = |other: &Spot<D, S::Place>| spot.ahead.dot(&other.ahead) >= ALIKE;
+                let alike =
+                    |other: &Spot<D, S::Place>| spot.ahead.dot(&other.ahead) >= GRADIENTS_ALIKE;
                 let is_passed = distance <= PASSED * near
                     || (distance <= PASSED_ALIKE * near && (alike(from) || alike(to)));
                 if seeds.is_waiting[seed] && is_passed {

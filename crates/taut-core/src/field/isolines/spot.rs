@@ -33,7 +33,7 @@ const MOST_OFF: f64 = 0.02;
 /// end.
 const LEAST_OFF: f64 = 1e-10;
 /// How far a line may lie beyond a rim, as a share of the mean edge.
-const OVER_RIM: f64 = 0.03;
+const LINE_OVER_RIM: f64 = 0.03;
 
 /// Finds places on one isoline of a field.
 pub(super) struct Follower<'a, const D: usize, S: Guide<D>> {
@@ -84,7 +84,7 @@ impl<'a, const D: usize, S: Guide<D>> Follower<'a, D, S> {
         let point = surface.foot(x, &mut place, &mut self.geometry)?;
         let near = ray::nearest(self.fields.geodesics.graph(), &point, near);
         let rim = surface.beyond_rim(&point, place);
-        if rim.is_some_and(|(depth, _)| depth > OVER_RIM * self.fields.mean_edge(near)) {
+        if rim.is_some_and(|(depth, _)| depth > LINE_OVER_RIM * self.fields.mean_edge(near)) {
             return None;
         }
         let (distance, gradient) = self.fields.sloped(self.field, near, &point)?;

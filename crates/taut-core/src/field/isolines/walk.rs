@@ -1,30 +1,30 @@
 //! Following an isoline from one of its places.
 
 use crate::Vector;
-use crate::field::isolines::ALIKE;
+use crate::field::isolines::GRADIENTS_ALIKE;
 use crate::field::isolines::spot::{Follower, Spot};
 use crate::field::plane::norm;
 use crate::guess::Guide;
 
 /// Longest step, in mean edges of the graph.
-const LONGEST: f64 = 0.25;
+const LONGEST_LINE_STEP: f64 = 0.25;
 /// Shortest step, in mean edges of the graph; it is also how well kinks are known.
-const SHORTEST: f64 = LONGEST / 64.0;
+const SHORTEST_LINE_STEP: f64 = LONGEST_LINE_STEP / 64.0;
 /// Least cosine of the turn in a step, except in a kink.
-const TURN: f64 = 0.98;
+const LEAST_STEP_COSINE: f64 = 0.98;
 /// Cosine of the turn in a step above which the next step may be longer.
-const STRAIGHT: f64 = 0.995;
+const STRAIGHT_STEP: f64 = 0.995;
 /// Factor by which the next step may be longer after a straight one.
-const LONGER: f64 = 1.6;
+const STEP_GROWTH: f64 = 1.6;
 /// Least distance that a step must lead onwards, as a share of its length.
 const ONWARD: f64 = 0.2;
 /// Distances, in shortest steps, at which the line is looked for behind a sharp corner.
-const CORNER: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+const CORNER_LOOKS: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 /// Length without a new seed, in mean edges of the graph, after which a line is taken to run where
 /// it ran before.
-const ASTRAY: f64 = 10.0;
+const LOST_LENGTH: f64 = 10.0;
 /// Distance from the start, as a share of a step, within which a passing line closes.
-const CLOSE: f64 = 0.3;
+const CLOSING: f64 = 0.3;
 
 /// The distance of a point from the straight step between two places.
 pub(super) fn off<const D: usize, P>(x: &Vector<D>, from: &Spot<D, P>, to: &Spot<D, P>) -> f64 {
@@ -72,17 +72,17 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
         let mut line = vec![*start];
         let mut way = Way::new(*start, hand);
         let mut mean = self.fields.mean_edge(start.near);
-        let mut length = LONGEST * mean;
+        let mut length = LONGEST_LINE_STEP * mean;
         let (mut astray, mut fresh) = (0.0, line.len());
         loop {
             // A line that passes no new seed runs where it ran before, and is cut back to the last
             // one.
-            if astray > ASTRAY * mean {
+            if astray > LOST_LENGTH * mean {
                 line.truncate(fresh);
                 break;
             }
             let here = way.spot;
-            let shortest = SHORTEST * mean;
+            let shortest = SHORTEST_LINE_STEP * mean;
             let x = here.point + way.onward * length;
             let next = self.on_level(&x, (here.place, here.near), length);
             let next = next.map(|next| way.at(next));
@@ -92,7 +92,7 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
             let straight = ahead.as_ref().map_or(-1.0, cosine);
             // A step is halved until it turns little; what still turns at the shortest step is a
             // kink.
-            if straight < TURN && length > shortest {
+            if straight < LEAST_STEP_COSINE && length > shortest {
                 length = (0.5 * length).max(shortest);
                 continue;
             }
@@ -116,8 +116,8 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
             }
             mean = self.fields.mean_edge(next.spot.near);
             way = next;
-            if straight > STRAIGHT {
-                length = (LONGER * length).min(LONGEST * mean);
+            if straight > STRAIGHT_STEP {
+                length = (STEP_GROWTH * length).min(LONGEST_LINE_STEP * mean);
             }
         }
         (line, false)
@@ -127,19 +127,20 @@ impl<const D: usize, S: Guide<D>> Follower<'_, D, S> {
     /// front's line.
     fn round_corner(&mut self, way: &Way<D, S::Place>, shortest: f64) -> Option<Way<D, S::Place>> {
         let here = &way.spot;
-        for far in CORNER {
+        for far in CORNER_LOOKS {
             let x = here.point + way.onward * (far * shortest);
             let other = way.at(self.spot(&x, (here.place, here.near))?);
-            if other.spot.ahead.dot(&here.ahead) >= TURN {
+            if other.spot.ahead.dot(&here.ahead) >= LEAST_STEP_COSINE {
                 continue;
             }
-            for far in CORNER {
+            for far in CORNER_LOOKS {
                 let x = here.point + other.onward * (far * shortest);
                 let place = (other.spot.place, other.spot.near);
                 let next = self.on_level(&x, place, far * shortest);
                 let is_onward = |next: &Spot<D, S::Place>| {
                     let step = (next.point - here.point).norm();
-                    step > ONWARD * shortest && next.ahead.dot(&other.spot.ahead) >= TURN
+                    step > ONWARD * shortest
+                        && next.ahead.dot(&other.spot.ahead) >= LEAST_STEP_COSINE
                 };
                 if let Some(next) = next.filter(is_onward) {
                     return Some(other.at(next));
@@ -164,6 +165,6 @@ fn comes_back<const D: usize, P>(
     to: &Spot<D, P>,
     step: f64,
 ) -> bool {
-    let alike = |spot: &Spot<D, P>| spot.ahead.dot(&start.ahead) >= ALIKE;
-    off(&start.point, from, to) <= CLOSE * step && (alike(from) || alike(to))
+    let alike = |spot: &Spot<D, P>| spot.ahead.dot(&start.ahead) >= GRADIENTS_ALIKE;
+    off(&start.point, from, to) <= CLOSING * step && (alike(from) || alike(to))
 }

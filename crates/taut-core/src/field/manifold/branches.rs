@@ -5,7 +5,7 @@ use crate::field::manifold::cover::Sample;
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
 use crate::field::rays::branches::{
-    AT_SOURCE, MOST_BRANCHES, NEAREST, REACH, SAME_DIRECTION, SAME_DISTANCE,
+    JET_REACH, MOST_BRANCHES, NODE_AT_SOURCE, SAME_DIRECTION, SAME_DISTANCE, WEIGHT_FLOOR,
 };
 use crate::field::rays::frame::ON_SURFACE;
 use crate::order::sort_by_number;
@@ -25,7 +25,7 @@ pub(crate) struct Branch<const D: usize> {
 }
 
 /// Largest share of the way to where rays meet that a jet is carried.
-const MOST_DRAWN: f64 = 0.6;
+const CARRIED_DRAWN: f64 = 0.6;
 
 /// The weighted sums of the jets of one branch, which are being averaged.
 struct Group<const D: usize> {
@@ -85,21 +85,21 @@ pub(crate) fn branches<'a, const D: usize>(
     near: impl Iterator<Item = (&'a Sample<D>, u32)>,
     sources: impl Iterator<Item = (&'a Frame<D>, f64, u32)>,
 ) -> Vec<Branch<D>> {
-    let reach = REACH * spacing;
+    let reach = JET_REACH * spacing;
     let mut jets: Vec<(f64, Jet<D>, &Sample<D>, u32)> = near
         .filter_map(|(sample, source)| {
             let squared = (sample.frame.point - frame.point).norm_squared();
             let jet = (squared <= reach * reach)
                 .then(|| sample.carried(frame))
                 .flatten()?;
-            let weight = (squared / (spacing * spacing) + NEAREST * NEAREST).powi(-2);
+            let weight = (squared / (spacing * spacing) + WEIGHT_FLOOR * WEIGHT_FLOOR).powi(-2);
             Some((weight, jet, sample, source))
         })
         .collect();
     // Where rays draw together, a jet is good for a share of the way to where they meet.
     let good = |sample: &Sample<D>| {
         let off = (sample.frame.point - frame.point).norm();
-        sample.jet.spreads_faster(-MOST_DRAWN / off)
+        sample.jet.spreads_faster(-CARRIED_DRAWN / off)
     };
     if jets.iter().any(|jet| good(jet.2)) {
         jets.retain(|jet| good(jet.2));
@@ -130,7 +130,7 @@ pub(crate) fn branches<'a, const D: usize>(
     let mut branches: Vec<Branch<D>> = groups.iter().map(Group::branch).collect();
     for (source, start, index) in sources {
         let length = source.log(&frame.point, ON_SURFACE).norm();
-        if length > AT_SOURCE * spacing {
+        if length > NODE_AT_SOURCE * spacing {
             continue;
         }
         branches.retain(|b| {

@@ -6,6 +6,7 @@
 use crate::field::manifold::frame::{Frame, axis};
 use crate::field::manifold::jet::Jet;
 use crate::field::manifold::ray::{self, Knot};
+use crate::field::rays::fan::samples::USELESS_FOCUS;
 use crate::field::rays::frame::ON_SURFACE;
 use crate::field::rays::ray::Limits;
 use crate::field::sources;
@@ -23,24 +24,22 @@ const COVERED: f64 = 0.9;
 /// Largest distance, in spacings of the graph's nodes, of a jet from which a node is aimed at.
 const AIM: f64 = 2.2;
 /// Largest share of the way to where rays meet within which a jet covers a node.
-const MOST_DRAWN: f64 = 0.4;
+const COVERED_DRAWN: f64 = 0.4;
 /// Distance, in spacings of the graph's nodes, within which a jet covers a node even where rays
 /// soon meet.
 const LEAST_COVERED: f64 = 0.3;
 /// Largest angle at the source, in radians, between a ray and one that is aimed from it.
-const WIDEST: f64 = 0.5;
+const WIDEST_AIM: f64 = 0.5;
 /// Most by which the distance that a covering jet says at a node may exceed the least one there, in
 /// spacings of the graph's nodes.
-const LONGER: f64 = 0.1;
-/// A jet is of no use where rays beside it meet it within the spacing divided by this.
-const FOCUSED: f64 = 1.0;
+const COVERED_LONGER: f64 = 0.1;
 /// Most times that a node is aimed at.
 const ATTEMPTS: u8 = 3;
 /// Largest distance, in spacings of the graph's nodes, between nodes of which only one is aimed at
 /// in one generation.
-const BESIDE: f64 = 1.6;
+const AIMED_APART: f64 = 1.6;
 /// Most jets for each node that a source may reach.
-const MOST_JETS: usize = 24;
+const MOST_AIMED_JETS: usize = 24;
 
 /// A jet on a ray.
 #[derive(Clone, Debug)]
@@ -80,18 +79,18 @@ impl<const D: usize> Sample<D> {
         let turn = self.inverse * v;
         let ahead = self.start.column(0);
         let aimed = ahead + self.start * turn;
-        (turn.norm() <= WIDEST)
+        (turn.norm() <= WIDEST_AIM)
             .then(|| aimed.try_normalize(0.0))
             .flatten()
     }
 }
 
-type Origin<'a, const D: usize, P> = sources::Origin<'a, D, P, Frame<D>>;
+type RayOrigin<'a, const D: usize, P> = sources::RayOrigin<'a, D, P, Frame<D>>;
 
 /// The jets found so far, also listed by the node that they are nearest to.
 struct Cover<'a, const D: usize, S: Surface<D>> {
     surface: &'a S,
-    origin: &'a Origin<'a, D, S::Place>,
+    origin: &'a RayOrigin<'a, D, S::Place>,
     limits: &'a Limits<'a, D, S::Place>,
     samples: Vec<Sample<D>>,
     by_node: Vec<Vec<u32>>,
@@ -100,7 +99,7 @@ struct Cover<'a, const D: usize, S: Surface<D>> {
 /// The jets along rays of a source that cover the nodes in `wanted`.
 pub(crate) fn cover<const D: usize, S: Surface<D>>(
     surface: &S,
-    origin: &Origin<D, S::Place>,
+    origin: &RayOrigin<D, S::Place>,
     wanted: &[u32],
     limits: &Limits<D, S::Place>,
 ) -> Vec<Sample<D>> {
@@ -118,7 +117,7 @@ pub(crate) fn cover<const D: usize, S: Surface<D>>(
     let mut looked_at_all = true;
     // Each generation aims at nodes that no jet covers yet, and ends when none can be aimed at any
     // more.
-    while cover.samples.len() <= MOST_JETS * wanted.len() {
+    while cover.samples.len() <= MOST_AIMED_JETS * wanted.len() {
         let aims = parallel::map(open.len(), |i| Some((open[i], cover.aim(open[i])?)));
         let aims: Vec<(u32, Option<u32>)> = aims.into_iter().flatten().collect();
         let targets = cover.farthest(&aims, &attempts);
@@ -196,7 +195,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
                 shape: (shape + shape.transpose()) * 0.5,
             };
             let spacing = self.limits.spacing[knot.near as usize];
-            jet.spreads_faster(-FOCUSED / spacing)
+            jet.spreads_faster(-USELESS_FOCUS / spacing)
                 .then_some(Some((knot, jet, inverse)))
         });
         let samples = jets.flatten().map(|(knot, jet, inverse)| Sample {
@@ -228,11 +227,11 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
         let least = near.iter().map(|n| n.1).fold(f64::INFINITY, f64::min);
         let short = near
             .iter()
-            .filter(|n| n.1 <= least + LONGER * spacing)
+            .filter(|n| n.1 <= least + COVERED_LONGER * spacing)
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         let covers = |off: f64, index: u32| {
             let jet = &self.samples[index as usize].jet;
-            let fully = off <= COVERED * spacing && jet.spreads_faster(-MOST_DRAWN / off);
+            let fully = off <= COVERED * spacing && jet.spreads_faster(-COVERED_DRAWN / off);
             fully || off <= LEAST_COVERED * spacing
         };
         match short {
@@ -256,7 +255,7 @@ impl<const D: usize, S: Surface<D>> Cover<'_, D, S> {
             rank[node as usize] = self.limits.bound(node);
         }
         let first = |node: u32| {
-            let reach = BESIDE * self.limits.spacing[node as usize];
+            let reach = AIMED_APART * self.limits.spacing[node as usize];
             let edges = self.limits.graph.edges(node).iter();
             let mut close = edges.filter(|edge| f64::from(edge.length) <= reach);
             close.all(|edge| {

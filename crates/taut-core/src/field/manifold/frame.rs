@@ -44,16 +44,16 @@ impl<const D: usize> Frame<D> {
             second: Vec::new(),
             dimension: geometry.intrinsic_dimension(),
         };
-        frame.bend_as(geometry);
+        frame.take_second_form(geometry);
         frame
     }
 
     /// Takes the second fundamental form of the tangents from a geometry, by polarisation.
-    pub fn bend_as(&mut self, geometry: &Geometry<D>) {
+    pub fn take_second_form(&mut self, geometry: &Geometry<D>) {
         let k = self.dimension;
         let squares: [Vector<D>; D] = std::array::from_fn(|i| {
             if i < k {
-                geometry.bend(&self.tangents.column(i).into_owned())
+                geometry.normal_curvature(&self.tangents.column(i).into_owned())
             } else {
                 Vector::zeros()
             }
@@ -62,7 +62,8 @@ impl<const D: usize> Frame<D> {
         for i in 0..k {
             self.second.push(squares[i]);
             for j in i + 1..k {
-                let both = geometry.bend(&(self.tangents.column(i) + self.tangents.column(j)));
+                let both =
+                    geometry.normal_curvature(&(self.tangents.column(i) + self.tangents.column(j)));
                 self.second.push((both - squares[i] - squares[j]) * 0.5);
             }
         }
@@ -89,9 +90,9 @@ impl<const D: usize> Frame<D> {
         };
         turned.second.clear();
         for i in 0..self.dimension {
-            let bends = self.bends(&turn.column(i).into_owned());
+            let second_form = self.second_form_along(&turn.column(i).into_owned());
             for j in i..self.dimension {
-                turned.second.push(bends * turn.column(j));
+                turned.second.push(second_form * turn.column(j));
             }
         }
         turned
@@ -114,7 +115,7 @@ impl<const D: usize> Frame<D> {
             }
             self.tangents.set_column(j, &tangent.try_normalize(1e-6)?);
         }
-        self.bend_as(geometry);
+        self.take_second_form(geometry);
         Some(())
     }
 
@@ -155,27 +156,27 @@ impl<const D: usize> Frame<D> {
     }
 
     /// The matrix whose columns are II(v, e_i).
-    pub fn bends(&self, v: &Vector<D>) -> Matrix<D> {
-        let mut bends = Matrix::<D>::zeros();
+    pub fn second_form_along(&self, v: &Vector<D>) -> Matrix<D> {
+        let mut second_form = Matrix::<D>::zeros();
         let mut forms = self.second.iter();
         for i in 0..self.dimension {
             for (j, form) in (i..self.dimension).zip(&mut forms) {
-                bends.column_mut(i).axpy(v[j], form, 1.0);
+                second_form.column_mut(i).axpy(v[j], form, 1.0);
                 if j > i {
-                    bends.column_mut(j).axpy(v[i], form, 1.0);
+                    second_form.column_mut(j).axpy(v[i], form, 1.0);
                 }
             }
         }
-        bends
+        second_form
     }
 
     /// The symmetric matrix R with u' R w = <R(u, g) g, w> by the equation of Gauss, <II(u, w),
     /// II(g, g)> - <II(u, g), II(w, g)>. It tells how the curvature draws together what runs along
     /// the unit vector g.
     pub fn tidal(&self, g: &Vector<D>) -> Matrix<D> {
-        let bends = self.bends(g);
-        let normal = bends * g;
-        let mut tidal = -bends.tr_mul(&bends);
+        let second_form = self.second_form_along(g);
+        let normal = second_form * g;
+        let mut tidal = -second_form.tr_mul(&second_form);
         let mut forms = self.second.iter();
         for i in 0..self.dimension {
             for (j, form) in (i..self.dimension).zip(&mut forms) {
@@ -194,26 +195,26 @@ impl<const D: usize> Frame<D> {
     pub fn log(&self, x: &Vector<D>, share: f64) -> Vector<D> {
         let chord = x - self.point;
         let w = self.coordinates(&chord);
-        let bends = self.bends(&w);
-        let bend = bends * w;
-        let height = chord - self.vector(&w) - bend * 0.5;
-        let steep = bends.norm_squared();
-        w + bends.tr_mul(&(bend * (1.0 / 6.0 - steep / 40.0) + height * share))
+        let second_form = self.second_form_along(&w);
+        let curved = second_form * w;
+        let height = chord - self.vector(&w) - curved * 0.5;
+        let steep = second_form.norm_squared();
+        w + second_form.tr_mul(&(curved * (1.0 / 6.0 - steep / 40.0) + height * share))
     }
 
     /// The tangent coordinates at another frame of a vector carried there in parallel along the
     /// geodesic whose initial velocity is `v`; errors are of third order in `v`.
     pub fn transported(&self, to: &Self, v: &Vector<D>, vector: &Vector<D>) -> Vector<D> {
-        let bends = self.bends(v);
-        let kept = vector + bends.tr_mul(&(bends * vector)) * 0.5;
+        let second_form = self.second_form_along(v);
+        let kept = vector + second_form.tr_mul(&(second_form * vector)) * 0.5;
         to.coordinates(&self.vector(&kept))
     }
 
     /// The matrix T M T' at another frame, where T is the [parallel transport](Self::transported)
     /// of vectors along `v` and M a matrix here.
     pub fn transported_matrix(&self, to: &Self, v: &Vector<D>, matrix: &Matrix<D>) -> Matrix<D> {
-        let bends = self.bends(v);
-        let kept = Matrix::identity() + bends.tr_mul(&bends) * 0.5;
+        let second_form = self.second_form_along(v);
+        let kept = Matrix::identity() + second_form.tr_mul(&second_form) * 0.5;
         let transport = to.tangents.tr_mul(&(self.tangents * kept));
         transport * matrix * transport.transpose()
     }

@@ -9,6 +9,7 @@
 
 use crate::field::manifold::frame::Frame;
 use crate::field::rays::frame::ON_SURFACE;
+use crate::field::rays::jet::FOCUS;
 use crate::field::rays::jet::{Growth, grow};
 use crate::{Matrix, Vector};
 
@@ -23,10 +24,6 @@ pub(crate) struct Jet<const D: usize> {
     /// the gradient.
     pub shape: Matrix<D>,
 }
-
-/// Least distance, as a share of the distance before the step, that rays which draw together must
-/// keep in one step.
-const FOCUS: f64 = 0.1;
 
 /// Least distance, as a share of the distance before the step, that rays which draw together must
 /// keep in a step that carries a jet, which depends more on them.
@@ -165,10 +162,10 @@ impl<const D: usize> Jet<D> {
         })
     }
 
-    /// The gradient as a vector at the point that `v` leads to: carried along and bent with the
+    /// The gradient as a vector at the point that `v` leads to: carried along and turned with the
     /// surface, to second order.
     pub fn direction_at(&self, frame: &Frame<D>, v: &Vector<D>) -> Vector<D> {
-        bent(frame, &(self.gradient + self.shape * v), v)
+        transported(frame, &(self.gradient + self.shape * v), v)
     }
 }
 
@@ -209,14 +206,14 @@ fn rotation<const D: usize>(from: &Vector<D>, to: &Vector<D>) -> Matrix<D> {
     Matrix::identity() + turn + turn * turn / (1.0 + from.dot(to))
 }
 
-/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero
-/// vector.
-pub(crate) fn bent<const D: usize>(
+/// A tangent vector carried along `v` and turned with the surface, of unit length; zero for the
+/// zero vector.
+pub(crate) fn transported<const D: usize>(
     frame: &Frame<D>,
     tangent: &Vector<D>,
     v: &Vector<D>,
 ) -> Vector<D> {
-    let vector = frame.vector(tangent) + frame.bends(v) * tangent;
+    let vector = frame.vector(tangent) + frame.second_form_along(v) * tangent;
     vector.try_normalize(0.0).unwrap_or_else(Vector::zeros)
 }
 

@@ -10,7 +10,7 @@ pub(crate) mod ray;
 use crate::Vector;
 use crate::error::Error;
 use crate::field::evaluate::Value;
-use crate::field::rays::branches::FOCUSED;
+use crate::field::rays::branches::FOCUSED_RAYS;
 use crate::field::rays::frame::ON_SURFACE;
 use crate::field::{Fields, Settings, Source, by_node};
 use crate::guess::Guide;
@@ -19,11 +19,11 @@ use crate::surface::{Geometry, Node};
 use branches::Branch;
 use cover::Sample;
 use frame::Frame;
-use jet::bent;
+use jet::transported;
 
 /// The distances from sources at the nodes of the graph.
 #[derive(Clone, Debug)]
-pub(crate) struct Found<const D: usize> {
+pub(crate) struct Aimed<const D: usize> {
     /// The branches at each node of the graph, least distance first.
     pub branches: Vec<Vec<Branch<D>>>,
     /// For each node of the graph, whether the graph leads there and no ray does.
@@ -49,7 +49,7 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
     fields: &Fields<D, S>,
     given: &[Source<D, S::Place>],
     settings: &Settings,
-) -> Result<Found<D>, Error> {
+) -> Result<Aimed<D>, Error> {
     let (surface, graph) = (fields.geodesics.surface(), fields.geodesics.graph());
     let frames = &fields.ground.any_frames;
     let sources = fields.prepared(given, settings, frame)?;
@@ -106,7 +106,7 @@ pub(crate) fn find<const D: usize, S: Guide<D>>(
     let unknown = (0..)
         .zip(&lists)
         .map(|(i, list)| list.is_empty() && is_within(i));
-    Ok(Found {
+    Ok(Aimed {
         unknown: unknown.collect(),
         branches: lists,
         sources: sources
@@ -143,7 +143,7 @@ fn disagreement<const D: usize, S: Guide<D>>(
         .fold(0.0, f64::max)
 }
 
-impl<const D: usize> Found<D> {
+impl<const D: usize> Aimed<D> {
     /// The value at a point whose nearest node, with its frame, is given.
     pub fn at(&self, node: u32, frame: &Frame<D>, x: &Vector<D>, share: f64) -> Value<D> {
         if self.unknown[node as usize] {
@@ -161,7 +161,7 @@ impl<const D: usize> Found<D> {
                         distance,
                         error: branch.error,
                         source: branch.source,
-                        direction: bent(source, &v, &v),
+                        direction: transported(source, &v, &v),
                     };
                 }
                 continue;
@@ -190,6 +190,6 @@ impl<const D: usize> Found<D> {
     /// Whether rays draw together so much at a node that its neighbours may know better.
     pub fn is_focused(&self, node: u32, spacing: f64) -> bool {
         let mut branches = self.branches[node as usize].iter();
-        branches.any(|branch| !branch.jet.spreads_faster(-FOCUSED / spacing))
+        branches.any(|branch| !branch.jet.spreads_faster(-FOCUSED_RAYS / spacing))
     }
 }

@@ -7,9 +7,10 @@
 
 use crate::correction::length::HeightErrors;
 use crate::field::manifold::frame::{Frame, axis};
+use crate::field::rays::fan::samples::JETS_ALONG;
 use crate::field::rays::ray::{
-    AT, DIFFERENCE, FARTHEST_OFF, JUMP, LONGER, Limits, MOST_STEPS, OFF, OVER_RIM, SHORTEST,
-    SIDEWAYS, nearest,
+    AT, CHART_JUMP, CHORD_OVER_STEP, FARTHEST_OFF, Limits, MOST_RAY_STEPS, OFF_WEIGHT,
+    ORDER_DIFFERENCE, RAY_OVER_RIM, SHORTEST_RAY_STEP, SIDEWAYS, nearest,
 };
 use crate::geodesics::ray::Step;
 use crate::surface::{Geometry, Surface};
@@ -33,9 +34,6 @@ pub(crate) struct Knot<const D: usize, P> {
     /// What errors of the surface's height do to the length.
     pub heights: HeightErrors,
 }
-
-/// Largest distance between jets along a ray, in spacings of the graph's nodes.
-const ALONG: f64 = 1.0;
 
 /// What is integrated along a ray: the point, the frame and the Jacobi fields.
 #[derive(Clone, Copy)]
@@ -64,7 +62,7 @@ impl<const D: usize> State<D> {
         let first = axis(0);
         Self {
             x: self.tangents.column(0).into_owned(),
-            tangents: frame.bends(&first),
+            tangents: frame.second_form_along(&first),
             jacobi: [self.jacobi[1], -frame.tidal(&first) * self.jacobi[0]],
         }
     }
@@ -99,12 +97,12 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
 ) -> Vec<Knot<D, S::Place>> {
     let mut geometry = Geometry::new(D - start.frame.dimension());
     let longest = |near: u32| {
-        let along = ALONG * limits.spacing[near as usize];
+        let along = JETS_ALONG * limits.spacing[near as usize];
         limits.longest_step(near).min(along)
     };
     let mut step = 0.5 * longest(start.near);
     let mut knots = vec![start];
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MOST_RAY_STEPS {
         let Some(knot) = knots.last() else { break };
         let longest = longest(knot.near);
         step = step.min(longest);
@@ -120,7 +118,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         }) = taken
         else {
             step *= 0.5;
-            if step < SHORTEST * longest {
+            if step < SHORTEST_RAY_STEP * longest {
                 break;
             }
             continue;
@@ -128,21 +126,21 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         let excess =
             error / (limits.tolerance_at(knot.near, surface.height_error(knot.place)) * step);
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
-        if excess > 1.0 && step > SHORTEST * longest {
+        if excess > 1.0 && step > SHORTEST_RAY_STEP * longest {
             step *= change.max(0.2);
             continue;
         }
         if is_creased {
             step *= 0.5;
-            if step < SHORTEST * longest {
+            if step < SHORTEST_RAY_STEP * longest {
                 break;
             }
             continue;
         }
         let rim = surface.beyond_rim(&next.frame.point, next.place);
-        if rim.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
+        if rim.is_some_and(|(depth, _)| depth > RAY_OVER_RIM * longest) {
             step *= 0.5;
-            if step < OVER_RIM * longest {
+            if step < RAY_OVER_RIM * longest {
                 break;
             }
             continue;
@@ -221,29 +219,32 @@ fn advance<const D: usize, S: Surface<D>>(
         }
         frame.point = stage.x;
         frame.tangents = stage.tangents;
-        frame.bend_as(geometry);
+        frame.take_second_form(geometry);
         slopes[i + 1] = stage.slope(&frame);
     }
     let stage = start.moved(step, &slopes[..6], AT[5]);
     // An error along the ray changes its length at first order, one to the side at second order
     // only.
-    let error = start.moved(step, &slopes, &DIFFERENCE);
+    let error = start.moved(step, &slopes, &ORDER_DIFFERENCE);
     let off_by = error.x - start.x;
     let ahead = start.tangents.column(0);
     let spread = (error.jacobi[0] - start.jacobi[0]).amax();
-    let error = off_by.dot(&ahead).abs() + (SIDEWAYS + OFF) * off_by.norm() + SIDEWAYS * spread;
+    let error =
+        off_by.dot(&ahead).abs() + (SIDEWAYS + OFF_WEIGHT) * off_by.norm() + SIDEWAYS * spread;
     let tangents: [Vector<D>; D] = std::array::from_fn(|j| stage.tangents.column(j).into_owned());
     let is_creased = surface.resolution(place) == 0.0
         && geometry.is_creased(&tangents[..frame.dimension()], 0.0);
     frame.settle(geometry, farthest)?;
     let chord = (frame.point - start.x).norm();
-    if !(error.is_finite() && chord <= LONGER * step.hypot(JUMP * surface.height_error(place))) {
+    if !(error.is_finite()
+        && chord <= CHORD_OVER_STEP * step.hypot(CHART_JUMP * surface.height_error(place)))
+    {
         return None;
     }
     let mut heights = from.heights;
-    let bend = frame.bends(&axis(0)).column(0).norm();
+    let curvature = frame.second_form_along(&axis(0)).column(0).norm();
     let height_error = surface.height_error(place);
-    heights.add(step, bend, height_error, surface.resolution(place));
+    heights.add(step, curvature, height_error, surface.resolution(place));
     let knot = Knot {
         length: from.length + step,
         frame,

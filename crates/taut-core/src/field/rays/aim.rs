@@ -16,10 +16,10 @@ use crate::surface::Geometry;
 const SHOTS: usize = 6;
 /// Distance from the point, in spacings of the graph's nodes, within which a shot hits, if carrying
 /// its jet the rest of the way is accurate enough.
-const NEAR: f64 = 0.3;
+const HIT_DISTANCE: f64 = 0.3;
 /// Most that a miss counts for, in spacings of the graph's nodes, when the next shot is turned and
 /// lengthened.
-const FARTHEST: f64 = 3.0;
+const MOST_MISS: f64 = 3.0;
 /// Most that the next shot is turned by, in radians.
 const MOST_TURN: f64 = 0.3;
 /// Spread of the rays, in spacings of the graph's nodes a radian, below which the next shot is
@@ -27,7 +27,7 @@ const MOST_TURN: f64 = 0.3;
 const LEAST_SPREAD: f64 = 0.1;
 /// Spread of rays, as a share of what it would be on a plane, below which rays count as having
 /// nearly come together again.
-const TOGETHER: f64 = 0.1;
+const RAYS_TOGETHER: f64 = 0.1;
 /// How far to both sides the rays lie from which the derivative of the front curvature is found, in
 /// spacings of the graph's nodes.
 const ASIDE: f64 = 0.7;
@@ -54,7 +54,7 @@ pub(in crate::field) struct Hit<const D: usize, P> {
 impl<const D: usize, P> Hit<D, P> {
     /// Whether the rays beside the geodesic have nearly come together again.
     pub fn is_focused(&self) -> bool {
-        self.knot.jacobi[0] < TOGETHER * self.knot.length
+        self.knot.jacobi[0] < RAYS_TOGETHER * self.knot.length
     }
 }
 
@@ -99,7 +99,7 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
             let [ahead, left] = knot.frame.log(x, ON_SURFACE);
             let curvature = slope / spread;
             let error = curvature.abs() * left.abs().powi(3) / (6.0 * spacing);
-            let most = NEAR * spacing;
+            let most = HIT_DISTANCE * spacing;
             if ahead.abs() <= most
                 && left.abs() <= most
                 && error <= self.settings.tolerance * length
@@ -116,7 +116,7 @@ impl<'a, const D: usize, S: Guide<D>> Gun<'a, D, S> {
                     knot,
                 });
             }
-            let most = FARTHEST * spacing;
+            let most = MOST_MISS * spacing;
             let least = LEAST_SPREAD * spacing;
             let turn = left.clamp(-most, most) * spread / (spread * spread + least * least);
             angle += turn.clamp(-MOST_TURN, MOST_TURN);

@@ -35,7 +35,7 @@ pub(crate) struct Branch {
 impl Branch {
     /// Whether the rays draw together within a few spacings of the graph's nodes.
     pub fn is_focused(&self, spacing: f64) -> bool {
-        self.jet.curvature * spacing < -FOCUSED
+        self.jet.curvature * spacing < -FOCUSED_RAYS
     }
 
     /// The distance by which branches are compared.
@@ -46,9 +46,9 @@ impl Branch {
 
 /// Rays are focused where they meet within the spacing divided by this; jets of neighbouring nodes
 /// are then looked at too.
-pub(crate) const FOCUSED: f64 = 0.3;
+pub(crate) const FOCUSED_RAYS: f64 = 0.3;
 /// Largest distance of a jet that a node takes into account, in spacings of the graph's nodes.
-pub(crate) const REACH: f64 = 1.6;
+pub(crate) const JET_REACH: f64 = 1.6;
 /// Least cosine between the directions of jets of one branch.
 pub(crate) const SAME_DIRECTION: f64 = 0.98;
 /// Largest difference between the distances of jets of one branch, in spacings of the graph's
@@ -58,19 +58,19 @@ pub(crate) const SAME_DISTANCE: f64 = 0.1;
 /// of the graph's nodes.
 const NARROW: f64 = 1.0;
 /// Distance, in spacings of the graph's nodes, that keeps the weight of near jets finite: a jet
-/// weighs (r^2 + (NEAREST spacings)^2)^-2.
-pub(crate) const NEAREST: f64 = 0.1;
+/// weighs (r^2 + (WEIGHT_FLOOR spacings)^2)^-2.
+pub(crate) const WEIGHT_FLOOR: f64 = 0.1;
 /// Most branches that a node keeps.
 pub(crate) const MOST_BRANCHES: usize = 4;
 /// Largest distance from a point source, in spacings of the graph's nodes, at which a node measures
 /// from the source itself.
-pub(crate) const AT_SOURCE: f64 = 0.75;
+pub(crate) const NODE_AT_SOURCE: f64 = 0.75;
 /// Largest distance from a curve, in spacings of the graph's nodes, at which a node measures from
 /// pieces of the curve.
 const AT_CURVE: f64 = 1.25;
 /// Largest distance of the pieces of a curve that a node near the curve holds, in spacings of the
 /// graph's nodes. Every point whose nearest node this is has its nearest piece among them.
-const AROUND: f64 = 1.7;
+const PIECES_AROUND: f64 = 1.7;
 /// How far beyond the last ray of a kind, on the side without rays of its kind, jets are still
 /// known, in spacings of the graph's nodes.
 pub(crate) const BEYOND: f64 = 0.01;
@@ -90,13 +90,13 @@ struct Group {
     squares: f64,
     gradient: [f64; 2],
     curvature: f64,
-    change: f64,
-    change_error: f64,
+    curvature_rate: f64,
+    curvature_rate_error: f64,
     step_error: f64,
     angle: f64,
     angle_squares: f64,
     turn: f64,
-    bow: f64,
+    turn_rate: f64,
 }
 
 impl Group {
@@ -106,7 +106,7 @@ impl Group {
         self.source == source
             && (self.first.heading.range == jet.heading.range
                 || (is_narrow(&self.first, spacing) && is_narrow(jet, spacing)))
-            && self.first.heading.is_bent() == jet.heading.is_bent()
+            && self.first.heading.is_diffracted() == jet.heading.is_diffracted()
             && a[0] * b[0] + a[1] * b[1] >= SAME_DIRECTION
             && (jet.distance - self.first.distance).abs() <= SAME_DISTANCE * spacing
     }
@@ -121,14 +121,14 @@ impl Group {
         self.gradient[0] += weight * jet.gradient[0];
         self.gradient[1] += weight * jet.gradient[1];
         self.curvature += weight * jet.curvature;
-        self.change += weight * jet.change;
-        self.change_error += weight * jet.change_error;
+        self.curvature_rate += weight * jet.curvature_rate;
+        self.curvature_rate_error += weight * jet.curvature_rate_error;
         self.step_error += weight * jet.step_error;
         let turned = self.first.heading.turned_to(&jet.heading);
         self.angle += weight * turned;
         self.angle_squares += weight * turned * turned;
         self.turn += weight * jet.heading.turn;
-        self.bow += weight * jet.heading.bow;
+        self.turn_rate += weight * jet.heading.turn_rate;
     }
 
     /// The branch that the averaged jets make. Its error is the scatter of their distances, the
@@ -141,7 +141,7 @@ impl Group {
         let heading = Heading {
             angle: self.first.heading.angle + turned,
             turn: self.turn * inverse,
-            bow: self.bow * inverse,
+            turn_rate: self.turn_rate * inverse,
             range: self.first.heading.range,
         };
         Branch {
@@ -149,8 +149,8 @@ impl Group {
                 distance: self.first.distance + mean,
                 gradient: self.gradient.map(|g| g / length),
                 curvature: self.curvature * inverse,
-                change: self.change * inverse,
-                change_error: self.change_error * inverse,
+                curvature_rate: self.curvature_rate * inverse,
+                curvature_rate_error: self.curvature_rate_error * inverse,
                 width: [heading.even(spacing); 2],
                 step_error: self.step_error * inverse,
                 heading,
@@ -181,7 +181,7 @@ pub(crate) fn branches<'a, const D: usize>(
     admits: impl Fn(&Jet, u32) -> bool,
     pieces: impl Iterator<Item = (&'a Piece<D>, u32)>,
 ) -> Vec<Branch> {
-    let reach = REACH * spacing;
+    let reach = JET_REACH * spacing;
     let mut jets: Vec<(f64, f64, Jet, &Sample<D>, u32)> = near
         .filter_map(|(sample, source)| {
             let squared = (sample.frame.point - frame.point).norm_squared();
@@ -189,15 +189,15 @@ pub(crate) fn branches<'a, const D: usize>(
                 .then(|| sample.jet.carried(&sample.frame, frame))
                 .flatten()
                 .filter(|jet| admits(jet, source))?;
-            let least = NEAREST * spacing;
+            let least = WEIGHT_FLOOR * spacing;
             let weight =
                 (squared / (spacing * spacing) + least * least / (spacing * spacing)).powi(-2);
             let doubt = sample.doubt + doubt_far * squared / spacing;
             Some((weight, doubt, jet, sample, source))
         })
         .collect();
-    // The front of a curve of many short edges bends as the directions of the rays of all edges
-    // together say.
+    // The front of a curve of many short segments curves as the directions of the rays of all
+    // segments together say.
     let fronts: Vec<(f64, Vector<D>, Vector<D>)> = jets
         .iter()
         .filter(|jet| is_narrow(&jet.2, spacing))
@@ -211,7 +211,7 @@ pub(crate) fn branches<'a, const D: usize>(
     }
     // Straight rays come first, because there may be many rays that came round a rough rim.
     sort_by_number(&mut jets, |jet| -jet.0);
-    sort_by_number(&mut jets, |jet| f64::from(jet.2.heading.is_bent()));
+    sort_by_number(&mut jets, |jet| f64::from(jet.2.heading.is_diffracted()));
     let mut groups: Vec<Group> = Vec::new();
     for (weight, doubt, jet, sample, source) in jets {
         let mut group = groups
@@ -229,13 +229,13 @@ pub(crate) fn branches<'a, const D: usize>(
                 squares: 0.0,
                 gradient: [0.0; 2],
                 curvature: 0.0,
-                change: 0.0,
-                change_error: 0.0,
+                curvature_rate: 0.0,
+                curvature_rate_error: 0.0,
                 step_error: 0.0,
                 angle: 0.0,
                 angle_squares: 0.0,
                 turn: 0.0,
-                bow: 0.0,
+                turn_rate: 0.0,
             });
         }
         if let Some(group) = group {
@@ -245,10 +245,10 @@ pub(crate) fn branches<'a, const D: usize>(
     let of_group = |group: &Group| {
         let mut branch = group.branch(spacing);
         let narrow = is_narrow(&group.first, spacing);
-        let bent = narrow.then(|| bend(&fronts, &branch.jet, frame, spacing));
-        if let Some(curvature) = bent.flatten() {
+        let of_curve = narrow.then(|| front_curvature(&fronts, &branch.jet, frame, spacing));
+        if let Some(curvature) = of_curve.flatten() {
             branch.jet.heading.range = None;
-            (branch.jet.curvature, branch.jet.change) = (curvature, 0.0);
+            (branch.jet.curvature, branch.jet.curvature_rate) = (curvature, 0.0);
         }
         branch
     };
@@ -264,13 +264,13 @@ pub(crate) fn branches<'a, const D: usize>(
 /// Whether the rays of a jet's kind fill so narrow a strip that they are not kept apart from
 /// others. Where rays draw together, their own jets know best.
 fn is_narrow(jet: &Jet, spacing: f64) -> bool {
-    jet.heading.width() < NARROW * spacing && jet.curvature * spacing > -FOCUSED
+    jet.heading.width() < NARROW * spacing && jet.curvature * spacing > -FOCUSED_RAYS
 }
 
 /// The curvature of the front at a jet, by linear regression over the directions of the rays beside
 /// it. Each ray comes with the distance that it says and a point on it. `None` where all points are
 /// in one spot.
-fn bend<const D: usize>(
+fn front_curvature<const D: usize>(
     fronts: &[(f64, Vector<D>, Vector<D>)],
     jet: &Jet,
     frame: &Frame<D>,
@@ -308,9 +308,9 @@ fn add_pieces<const D: usize>(
     for (piece, index) in pieces {
         let way = piece.way(&frame.point, ON_SURFACE);
         let is_near = if piece.is_point() {
-            way.length <= AT_SOURCE * spacing
+            way.length <= NODE_AT_SOURCE * spacing
         } else {
-            is_at_curve && way.length <= AROUND * spacing
+            is_at_curve && way.length <= PIECES_AROUND * spacing
         };
         if !is_near {
             continue;
@@ -319,7 +319,7 @@ fn add_pieces<const D: usize>(
             let distance = b.jet.distance - piece.start;
             // All of a curve that is this near is among the near pieces: rays that say such a
             // distance come from its far side.
-            let is_other = piece.is_point() || distance > AROUND * spacing - slack;
+            let is_other = piece.is_point() || distance > PIECES_AROUND * spacing - slack;
             let is_same = (distance - way.length).abs() <= slack;
             b.source != piece.source || b.piece.is_some() || (is_other && !is_same)
         });

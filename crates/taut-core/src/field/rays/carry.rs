@@ -15,7 +15,7 @@ use crate::guess::graph::Graph;
 /// and hardly to the side, as the rim of the hole may be in the way.
 const UPWIND: f64 = 0.985;
 /// Estimated relative error of a step: nodes lie about half a spacing off the way round a hole.
-const ROUGH: f64 = 0.02;
+const ROUGH_CARRY: f64 = 0.02;
 
 /// A node with a distance that neighbouring nodes may take up; in a heap the least distance comes
 /// first.
@@ -50,7 +50,7 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
     graph: &Graph<D, P>,
     frames: &[Option<Frame<D>>],
     bound: &Distances,
-    bent: bool,
+    is_diffracted: bool,
     lists: &mut [Vec<Branch>],
 ) {
     let empty = |node: u32, lists: &[Vec<Branch>]| {
@@ -58,7 +58,7 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
         lists[i].is_empty() && frames[i].is_some() && bound.distance(node).is_finite()
     };
     let mut heap: BinaryHeap<Waiting> = (0..lists.len() as u32)
-        .filter(|node| bent || graph.edges(*node).iter().any(|edge| empty(edge.to, lists)))
+        .filter(|node| is_diffracted || graph.edges(*node).iter().any(|edge| empty(edge.to, lists)))
         .filter_map(|node| {
             let distance = lists[node as usize].first()?.jet.distance;
             Some(Waiting { distance, node })
@@ -84,7 +84,7 @@ pub(crate) fn carry_on<const D: usize, P: Copy>(
         open[i] = false;
         for edge in graph.edges(node) {
             let j = edge.to as usize;
-            let Some(to) = frames[j].filter(|_| open[j] || bent) else {
+            let Some(to) = frames[j].filter(|_| open[j] || is_diffracted) else {
                 continue;
             };
             let Some(found) = step(&branch, &from, &to) else {
@@ -119,7 +119,7 @@ fn step<const D: usize>(branch: &Branch, from: &Frame<D>, to: &Frame<D>) -> Opti
     let least = branch.jet.distance + along.max(0.0);
     Some(Branch {
         jet,
-        error: branch.error + (jet.distance - least).max(0.0) + ROUGH * length,
+        error: branch.error + (jet.distance - least).max(0.0) + ROUGH_CARRY * length,
         piece: None,
         carried: true,
         ..*branch

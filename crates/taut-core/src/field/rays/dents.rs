@@ -3,14 +3,14 @@
 
 use crate::correction::length::detour;
 use crate::field::rays::knot::{Knot, between};
-use crate::field::rays::ray::{Limits, OVER_RIM, nearest};
+use crate::field::rays::ray::{Limits, RAY_OVER_RIM, nearest};
 use crate::surface::{Geometry, Surface};
 
 /// Distance between the places at which a step is looked at for rims, in spacings of the graph's
 /// nodes.
-const LOOKED_AT: f64 = 0.3;
+const RAY_DENT_LOOK: f64 = 0.3;
 /// How many times the interval in which a step leaves the surface is halved.
-const HALVINGS: usize = 5;
+const DENT_HALVINGS: usize = 5;
 /// Greatest depth of a dent that a ray may jump, in units of the depth at which a ray ends beyond a
 /// rim.
 const DEEPEST: f64 = 2.0;
@@ -62,9 +62,9 @@ pub(in crate::field) fn passed<const D: usize, S: Surface<D>>(
     };
     let shallow = |knot: &Knot<D, S::Place>| {
         let deepest = if limits.along { 1.0 } else { DEEPEST };
-        deepest * OVER_RIM * limits.longest_step(knot.near)
+        deepest * RAY_OVER_RIM * limits.longest_step(knot.near)
     };
-    let every = LOOKED_AT * limits.spacing[from.near as usize];
+    let every = RAY_DENT_LOOK * limits.spacing[from.near as usize];
     let count = (length / every).ceil().max(1.0);
     let mut inside = *from;
     let mut deepest: Option<Dent> = None;
@@ -94,7 +94,7 @@ pub(in crate::field) fn passed<const D: usize, S: Surface<D>>(
         // The step leaves the surface between the last place inside and this one: bisection finds
         // where.
         let mut high = there.length;
-        for _ in 0..HALVINGS {
+        for _ in 0..DENT_HALVINGS {
             let Some(mut middle) = between(step, 0.5 * (inside.length + high)) else {
                 break;
             };

@@ -17,7 +17,7 @@ use crate::parallel;
 use crate::surface::{Geometry, Node};
 
 /// Relative error of a distance above which it is doubtful.
-pub(in crate::field) const DOUBTFUL: f64 = 1e-3;
+pub(in crate::field) const DOUBTFUL_DISTANCE: f64 = 1e-3;
 /// Largest distance, in spacings of the graph's nodes, and largest angle, in radians at the source,
 /// between rays of one source whose claims are about one ray.
 const SAME_RAY: f64 = 0.3;
@@ -27,16 +27,16 @@ const SAME_RAY: f64 = 0.3;
 const UNSEEN: f64 = 1e-4;
 /// Largest distance from a point, in spacings of the graph's nodes, of the nodes that are asked
 /// about it.
-const CLOSE: f64 = 1.2;
+const ASKED_NODES: f64 = 1.2;
 
 /// A ray, named by its source and its angle at the source.
 #[derive(Clone, Copy)]
-struct Ray {
+struct RayName {
     source: u32,
     angle: f64,
 }
 
-impl Ray {
+impl RayName {
     /// Whether both rays leave the same source at angles that differ by less than `apart`, in
     /// radians.
     fn is(&self, other: &Self, apart: f64) -> bool {
@@ -56,7 +56,7 @@ struct Claim {
     distance: f64,
     /// Estimated error of the distance, in the input's units.
     error: f64,
-    ray: Ray,
+    ray: RayName,
     /// The derivative of the ray's angle along the front, in radians per length.
     turn: f64,
     /// The node whose jet makes the claim.
@@ -67,7 +67,7 @@ struct Claim {
 
 /// A geodesic that arrives at the point, with its ray.
 struct Proven<const D: usize, P> {
-    ray: Ray,
+    ray: RayName,
     hit: Hit<D, P>,
 }
 
@@ -159,7 +159,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 claims.push(Claim {
                     distance,
                     error: branch.error + step_error,
-                    ray: Ray {
+                    ray: RayName {
                         source: branch.source,
                         angle: branch.jet.angle_at(v, frame.gauss),
                     },
@@ -183,7 +183,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         spacing: f64,
         (slack, is_torn): (f64, bool),
     ) -> Vec<Proven<D, S::Place>> {
-        let mut tried: Vec<Ray> = Vec::new();
+        let mut tried: Vec<RayName> = Vec::new();
         let mut found: Vec<Proven<D, S::Place>> = Vec::new();
         let mut least = f64::INFINITY;
         for claim in claims {
@@ -193,7 +193,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
                 continue;
             }
             tried.push(claim.ray);
-            let Ray { source, angle } = claim.ray;
+            let RayName { source, angle } = claim.ray;
             let length = claim.distance - self.pieces[source as usize].start;
             let gun = self.gun(source);
             if let Some(hit) = gun.and_then(|gun| gun.hit((angle, length), &end.point, spacing)) {
@@ -202,7 +202,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
             }
         }
         // There may be rays between those that the claims tell of.
-        let is_short = |claim: &&Claim| least - claim.distance > DOUBTFUL * least.abs();
+        let is_short = |claim: &&Claim| least - claim.distance > DOUBTFUL_DISTANCE * least.abs();
         let untold = claims.first().filter(|first| is_torn || is_short(first));
         let is_focused = found.iter().any(|proven| proven.hit.is_focused());
         if let Some(first) = untold.filter(|_| !is_focused) {
@@ -251,7 +251,7 @@ impl<'a, const D: usize, S: Guide<D>> Sight<'a, D, S> {
         let point = surface.foot(x, &mut place, &mut Geometry::new(D - 2))?;
         let claims = self.claims(|near| field.branches(near), node, &point)?;
         let end = Node { point, place };
-        let torn = |branch: &Branch| branch.missed > DOUBTFUL * branch.jet.distance;
+        let torn = |branch: &Branch| branch.missed > DOUBTFUL_DISTANCE * branch.jet.distance;
         let is_torn = field.branches(node).iter().any(torn);
         let proven = self.proven(
             &claims,
@@ -313,11 +313,11 @@ fn add<const D: usize, P>(
     hit: Hit<D, P>,
     x: &Vector<D>,
     spacing: f64,
-) -> Ray {
+) -> RayName {
     let v = hit.knot.frame.log(x, ON_SURFACE);
     let angle = hit.jet.angle_at(v, hit.knot.frame.gauss);
     let apart = same_ray(hit.jet.heading.turn, spacing);
-    let ray = Ray { source, angle };
+    let ray = RayName { source, angle };
     if !found.iter().any(|other| other.ray.is(&ray, apart)) {
         found.push(Proven { ray, hit });
     }
@@ -335,7 +335,7 @@ fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
     let off = |other: &Taken<D>| (other.value.distance - distance).abs();
     let doubt = |other: &Taken<D>| other.believed - other.value.distance;
     // A second node that says the same confirms the value against nodes that know longer ways only.
-    let agrees = |other: &&Taken<D>| off(other) + doubt(other) <= DOUBTFUL * distance;
+    let agrees = |other: &&Taken<D>| off(other) + doubt(other) <= DOUBTFUL_DISTANCE * distance;
     let borne_out = all.iter().filter(agrees).count() > 1;
     let misses = all.iter().map(|other| {
         if other.value.distance < distance {
@@ -359,12 +359,12 @@ fn heard<const D: usize>(all: &[Taken<D>]) -> Option<Taken<D>> {
 
 /// Whether no shot can prove a branch: it is measured from a source near by, or came round a rim.
 fn is_fixed(branch: &Branch) -> bool {
-    branch.piece.is_some() || (branch.jet.heading.is_bent() && !branch.carried)
+    branch.piece.is_some() || (branch.jet.heading.is_diffracted() && !branch.carried)
 }
 
 /// Whether no ray brought a branch, or its jets scatter.
 pub(in crate::field) fn is_scattered(branch: &Branch) -> bool {
-    branch.carried || branch.error + branch.doubt > DOUBTFUL * branch.jet.distance
+    branch.carried || branch.error + branch.doubt > DOUBTFUL_DISTANCE * branch.jet.distance
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
@@ -388,7 +388,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         let most = first.as_ref().map_or(f64::INFINITY, |taken| taken.beyond);
         let others = beside.into_iter().filter_map(|other| {
             let frame = self.ground.frames[other as usize].as_ref()?;
-            let close = (frame.point - x).norm() <= CLOSE * self.ground.spacing[node as usize];
+            let close =
+                (frame.point - x).norm() <= ASKED_NODES * self.ground.spacing[node as usize];
             close
                 .then(|| self.said(field, other, x, share, most))
                 .flatten()
@@ -401,7 +402,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             return Some(taken.with_missed());
         };
         // A claim of a shorter way that no shot confirms may be true nonetheless.
-        let shorter = proven.value.distance - taken.value.distance * (1.0 + DOUBTFUL);
+        let shorter = proven.value.distance - taken.value.distance * (1.0 + DOUBTFUL_DISTANCE);
         proven.value.error += shorter.max(0.0);
         Some(proven)
     }

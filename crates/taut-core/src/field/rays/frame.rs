@@ -30,8 +30,8 @@ impl<const D: usize> Frame<D> {
     /// Makes the frame from the geometry at a point of the surface.
     pub fn new(point: Vector<D>, geometry: &Geometry<D>) -> Self {
         let (e, f) = (geometry.tangent(0), geometry.tangent(1));
-        let (first, last) = (geometry.bend(&e), geometry.bend(&f));
-        let both = geometry.bend(&((e + f) * std::f64::consts::FRAC_1_SQRT_2));
+        let (first, last) = (geometry.normal_curvature(&e), geometry.normal_curvature(&f));
+        let both = geometry.normal_curvature(&((e + f) * std::f64::consts::FRAC_1_SQRT_2));
         Self::of_forms(point, [e, f], [first, both - (first + last) * 0.5, last])
     }
 
@@ -48,7 +48,7 @@ impl<const D: usize> Frame<D> {
 
     /// A bound of the normal curvatures: the Frobenius norm of the second fundamental form.
     pub fn curvature(&self) -> f64 {
-        let [first, both, last] = self.second.map(|bend| bend.norm_squared());
+        let [first, both, last] = self.second.map(|form| form.norm_squared());
         (first + 2.0 * both + last).sqrt()
     }
 
@@ -63,14 +63,14 @@ impl<const D: usize> Frame<D> {
     }
 
     /// The vectors II(v, e1) and II(v, e2).
-    fn bends(&self, [a, b]: [f64; 2]) -> [Vector<D>; 2] {
+    fn second_form_along(&self, [a, b]: [f64; 2]) -> [Vector<D>; 2] {
         let [first, both, last] = &self.second;
         [first * a + both * b, both * a + last * b]
     }
 
     /// The second fundamental form II(u, v).
-    pub fn bend(&self, u: [f64; 2], v: [f64; 2]) -> Vector<D> {
-        let [first, last] = self.bends(u);
+    pub fn second_form(&self, u: [f64; 2], v: [f64; 2]) -> Vector<D> {
+        let [first, last] = self.second_form_along(u);
         first * v[0] + last * v[1]
     }
 
@@ -81,9 +81,9 @@ impl<const D: usize> Frame<D> {
         Self {
             tangents: [self.vector(first), self.vector(last)],
             second: [
-                self.bend(first, first),
-                self.bend(first, last),
-                self.bend(last, last),
+                self.second_form(first, first),
+                self.second_form(first, last),
+                self.second_form(last, last),
             ],
             ..*self
         }
@@ -111,12 +111,12 @@ impl<const D: usize> Frame<D> {
     pub fn log(&self, x: &Vector<D>, share: f64) -> [f64; 2] {
         let chord = x - self.point;
         let w = self.coordinates(&chord);
-        let bends = self.bends(w);
-        let bend = bends[0] * w[0] + bends[1] * w[1];
-        let height = chord - self.vector(w) - bend * 0.5;
-        let steep = bends[0].norm_squared() + bends[1].norm_squared();
-        let pull = bend * (1.0 / 6.0 - steep / 40.0) + height * share;
-        [w[0] + pull.dot(&bends[0]), w[1] + pull.dot(&bends[1])]
+        let forms = self.second_form_along(w);
+        let curved = forms[0] * w[0] + forms[1] * w[1];
+        let height = chord - self.vector(w) - curved * 0.5;
+        let steep = forms[0].norm_squared() + forms[1].norm_squared();
+        let pull = curved * (1.0 / 6.0 - steep / 40.0) + height * share;
+        [w[0] + pull.dot(&forms[0]), w[1] + pull.dot(&forms[1])]
     }
 
     /// Whether a crease lies on the way to another frame.

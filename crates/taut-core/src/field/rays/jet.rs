@@ -24,9 +24,9 @@ pub(crate) struct Jet {
     pub curvature: f64,
     /// The derivative of the front curvature along the front, to the left of the gradient in the
     /// frame.
-    pub change: f64,
+    pub curvature_rate: f64,
     /// Estimated error of the derivative of the front curvature.
-    pub change_error: f64,
+    pub curvature_rate_error: f64,
     /// How far along the front the jet may be used, to the right and to the left of the gradient in
     /// the frame, in the input's units.
     pub width: [f64; 2],
@@ -46,7 +46,7 @@ pub(crate) struct Heading {
     /// boundary of the surface).
     pub turn: f64,
     /// The second derivative of the angle along the front.
-    pub bow: f64,
+    pub turn_rate: f64,
     /// The interval of angles in which there are rays of the same kind; `None` where they leave all
     /// round. For rays that leave a curve at right angles it is an interval of places on the curve.
     pub range: Option<[f64; 2]>,
@@ -63,7 +63,7 @@ impl Heading {
     }
 
     /// Whether the ray came round a rim.
-    pub fn is_bent(&self) -> bool {
+    pub fn is_diffracted(&self) -> bool {
         self.turn == 0.0
     }
 
@@ -85,10 +85,10 @@ impl Heading {
 
     /// How far along the front rays spread nearly evenly.
     pub fn even(&self, spacing: f64) -> f64 {
-        if self.range.is_some() || self.is_bent() {
+        if self.range.is_some() || self.is_diffracted() {
             return f64::INFINITY;
         }
-        (WIDE * spacing).min(EVEN * (self.turn / self.bow).abs())
+        (WIDE * spacing).min(EVEN * (self.turn / self.turn_rate).abs())
     }
 
     /// The width, along the front, of the strip that rays of this kind fill here.
@@ -99,7 +99,7 @@ impl Heading {
 
     /// The angle at a distance `arc` along the front.
     fn at(&self, arc: f64) -> f64 {
-        self.angle + arc * (self.turn + 0.5 * arc * self.bow)
+        self.angle + arc * (self.turn + 0.5 * arc * self.turn_rate)
     }
 }
 
@@ -110,17 +110,17 @@ pub(crate) const WIDE: f64 = 2.0;
 const EVEN: f64 = 0.5;
 /// Largest Gauss curvature times the square of the step: more is taken for noise, and the series
 /// end there.
-const MOST_BENT: f64 = 0.3;
+const MOST_GAUSS: f64 = 0.3;
 /// Largest difference, as a share, between the front curvature and 1 / J where a front counts as a
 /// circle about the source.
 const CIRCLE: f64 = 0.1;
 /// Least distance, as a share of the distance before the step, that rays which draw together must
 /// keep in one step.
-const FOCUS: f64 = 0.1;
+pub(crate) const FOCUS: f64 = 0.1;
 
 /// Square of the largest ratio of the growth of the distance to the length of the step, above which
 /// a step is refused.
-const LONGER: f64 = 1.01;
+const JET_GROWTH: f64 = 1.01;
 
 /// The growth of a distance over a step.
 pub(crate) struct Growth {
@@ -142,8 +142,8 @@ impl Jet {
             distance,
             gradient,
             curvature,
-            change: 0.0,
-            change_error: 0.0,
+            curvature_rate: 0.0,
+            curvature_rate_error: 0.0,
             width: [f64::INFINITY; 2],
             step_error: 0.0,
             heading,
@@ -158,14 +158,14 @@ impl Jet {
         let back = to.log(&from.point, ON_SURFACE);
         let inverse = norm(back).recip();
         inverse.is_finite().then(|| {
-            let bent = length * length * 0.5 * (from.gauss + to.gauss);
+            let curved = length * length * 0.5 * (from.gauss + to.gauss);
             let heading = Heading {
                 angle: v[1].atan2(v[0]),
-                turn: from.handedness(to) * (1.0 + bent / 6.0) / length,
+                turn: from.handedness(to) * (1.0 + curved / 6.0) / length,
                 ..Heading::default()
             };
             let gradient = [-back[0] * inverse, -back[1] * inverse];
-            let curvature = (1.0 - bent / 3.0) / length;
+            let curvature = (1.0 - curved / 3.0) / length;
             Self::new(start + length, gradient, curvature, heading)
         })
     }
@@ -178,8 +178,8 @@ impl Jet {
         let front = y / growth.spread;
         let cube = front * front * front / 6.0;
         self.covers(x, front).then(|| {
-            let distance = self.distance + growth.delta + self.change * cube;
-            (distance, self.change_error * cube.abs())
+            let distance = self.distance + growth.delta + self.curvature_rate * cube;
+            (distance, self.curvature_rate_error * cube.abs())
         })
     }
 
@@ -206,7 +206,7 @@ impl Jet {
                 + self.curvature * length * (1.0 - turn / 6.0))
                 / growth.spread;
             let sine = -y / (length * growth.spread);
-            let slope = 0.5 * self.change * front * front / growth.spread;
+            let slope = 0.5 * self.curvature_rate * front * front / growth.spread;
             let (cosine, sine) = (cosine - sine * slope, hand * (sine + cosine * slope));
             let scale = cosine.hypot(sine).recip();
             let (cosine, sine) = (cosine * scale, sine * scale);
@@ -215,7 +215,7 @@ impl Jet {
             let g = to.coordinates(&from.vector(self.gradient));
             [g[0] / norm(g), g[1] / norm(g)]
         };
-        let curvature = self.curvature + self.change * front;
+        let curvature = self.curvature + self.curvature_rate * front;
         let mut heading = self.heading_after(x, front, growth.spread, gauss);
         heading.turn *= hand;
         let [right, left] = self.width;
@@ -226,17 +226,17 @@ impl Jet {
             cs,
         } = growth;
         Some(Self {
-            distance: self.distance + delta + self.change * front * front * front / 6.0,
+            distance: self.distance + delta + self.curvature_rate * front * front * front / 6.0,
             gradient,
             curvature: (curvature * cs - gauss * sn) / (cs + curvature * sn),
-            change: hand * self.change / (spread * spread * spread),
-            change_error: self.change_error / (spread * spread * spread),
+            curvature_rate: hand * self.curvature_rate / (spread * spread * spread),
+            curvature_rate_error: self.curvature_rate_error / (spread * spread * spread),
             width: if hand > 0.0 {
                 [right, left]
             } else {
                 [left, right]
             },
-            step_error: self.change_error * front.abs().powi(3) / 6.0,
+            step_error: self.curvature_rate_error * front.abs().powi(3) / 6.0,
             heading,
         })
     }
@@ -256,7 +256,7 @@ impl Jet {
     /// the left. Rays that left a point in all directions are not followed past where they meet,
     /// which may be a caustic.
     fn covers(&self, ahead: f64, front: f64) -> bool {
-        let is_round = self.heading.range.is_none() && !self.heading.is_bent();
+        let is_round = self.heading.range.is_none() && !self.heading.is_diffracted();
         // Behind a front that is a circle about the source lies the source itself, and no caustic.
         let about_source = (self.curvature / self.heading.turn.abs() - 1.0).abs() < CIRCLE;
         let meet = is_round && !about_source && 1.0 + self.curvature * ahead < FOCUS;
@@ -291,8 +291,8 @@ impl Jet {
         };
         Heading {
             angle: self.heading.at(arc),
-            turn: (self.heading.turn + arc * self.heading.bow) / spread,
-            bow: self.heading.bow / (spread * spread),
+            turn: (self.heading.turn + arc * self.heading.turn_rate) / spread,
+            turn_rate: self.heading.turn_rate / (spread * spread),
             range: self.heading.range,
         }
     }
@@ -313,11 +313,15 @@ impl Jet {
 /// curvature `kappa` in a surface of Gauss curvature `gauss`; `None` where rays meet.
 pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
     let squared = x * x + y * y;
-    let bent = (gauss * squared).clamp(-MOST_BENT, MOST_BENT);
-    let gauss = if squared > 0.0 { bent / squared } else { gauss };
+    let curved = (gauss * squared).clamp(-MOST_GAUSS, MOST_GAUSS);
+    let gauss = if squared > 0.0 {
+        curved / squared
+    } else {
+        gauss
+    };
     // This is the right-hand side of the equation for delta, with sn and md by their series.
-    let sine = 1.0 - bent / 6.0 * (1.0 - bent / 20.0 * (1.0 - bent / 42.0));
-    let versine = 0.5 - bent / 24.0 * (1.0 - bent / 30.0 * (1.0 - bent / 56.0));
+    let sine = 1.0 - curved / 6.0 * (1.0 - curved / 20.0 * (1.0 - curved / 42.0));
+    let versine = 0.5 - curved / 24.0 * (1.0 - curved / 30.0 * (1.0 - curved / 56.0));
     let reached = x * sine + kappa * squared * versine;
     let discriminant = 1.0 + reached * (2.0 * kappa - gauss * reached);
     // In t = tn(delta / 2) the equation for delta is quadratic; `t` is its root.
@@ -331,7 +335,7 @@ pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
     let inverse = (1.0 + z).recip();
     let delta = 2.0 * t * (1.0 - z * (1.0 / 3.0 - z * (0.2 - z * (1.0 / 7.0 - z / 9.0))));
     // No distance changes by more than the step.
-    (delta * delta <= LONGER * squared).then_some(Growth {
+    (delta * delta <= JET_GROWTH * squared).then_some(Growth {
         delta,
         spread,
         sn: 2.0 * t * inverse,
@@ -340,19 +344,23 @@ pub(crate) fn grow(kappa: f64, x: f64, y: f64, gauss: f64) -> Option<Growth> {
 }
 
 /// The gradient as a vector at the point that `v` leads to, where the front has turned: the
-/// gradient is carried along and bent with the surface. Its error is of second order in `v`.
+/// gradient is carried along and turned with the surface. Its error is of second order in `v`.
 pub(crate) fn direction_at<const D: usize>(frame: &Frame<D>, jet: &Jet, v: [f64; 2]) -> Vector<D> {
     let [x, y] = jet.split(v);
     let (ahead, left) = (1.0 + jet.curvature * x, jet.curvature * y);
     let g = jet.gradient;
     let turned = [ahead * g[0] - left * g[1], ahead * g[1] + left * g[0]];
-    bent(frame, turned, v)
+    transported(frame, turned, v)
 }
 
-/// A tangent vector carried along `v` and bent with the surface, of unit length; zero for the zero
-/// vector.
-pub(crate) fn bent<const D: usize>(frame: &Frame<D>, tangent: [f64; 2], v: [f64; 2]) -> Vector<D> {
-    let vector = frame.vector(tangent) + frame.bend(v, tangent);
+/// A tangent vector carried along `v` and turned with the surface, of unit length; zero for the
+/// zero vector.
+pub(crate) fn transported<const D: usize>(
+    frame: &Frame<D>,
+    tangent: [f64; 2],
+    v: [f64; 2],
+) -> Vector<D> {
+    let vector = frame.vector(tangent) + frame.second_form(v, tangent);
     vector.try_normalize(0.0).unwrap_or_else(Vector::zeros)
 }
 

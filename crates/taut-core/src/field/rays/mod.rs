@@ -2,10 +2,10 @@
 //! from the rays near them, and what the branches may be wrong by is estimated.
 
 pub(in crate::field) mod aim;
-pub(in crate::field) mod bend;
 pub(in crate::field) mod branches;
 pub(in crate::field) mod carry;
 pub(in crate::field) mod dents;
+pub(in crate::field) mod diffraction;
 pub(in crate::field) mod doubt;
 pub(in crate::field) mod fan;
 pub(in crate::field) mod frame;
@@ -17,8 +17,8 @@ pub(in crate::field) mod sides;
 
 use crate::error::Error;
 use crate::field::plane::norm;
-use crate::field::rays::bend::Grazed;
 use crate::field::rays::branches::Branch;
+use crate::field::rays::diffraction::Grazed;
 use crate::field::rays::doubt::Sight;
 use crate::field::rays::fan::{Bundle, Fan, Sample};
 use crate::field::rays::frame::{Frame, ON_SURFACE};
@@ -35,7 +35,7 @@ use crate::surface::atlas::Lists;
 /// Factor of the penalty on a branch that rests on jets one spacing away: this times the surface's
 /// error over the spacing, at most 1. The penalty is in spacings; a branch must be shorter than
 /// others by more than its penalty to be believed.
-const DOUBT: f64 = 30.0;
+const LONE_JET_DOUBT: f64 = 30.0;
 
 /// What is said for a branch whose jet is not known as far as a neighbouring node.
 #[derive(Clone, Copy)]
@@ -85,16 +85,22 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         bundles: &[(Bundle<'_, D, S::Place>, u32)],
         settings: &Settings,
     ) -> Field<D> {
-        let (samples, bent) = self.cast(bundles, &sources.bound, settings);
+        let (samples, is_diffracted) = self.cast(bundles, &sources.bound, settings);
         let mut lists = self.branches_at_nodes(&pieces, sources, &samples);
         let graph = self.geodesics.graph();
-        carry::carry_on(graph, &self.ground.frames, &sources.bound, bent, &mut lists);
+        carry::carry_on(
+            graph,
+            &self.ground.frames,
+            &sources.bound,
+            is_diffracted,
+            &mut lists,
+        );
         let tolerance = self.tolerance(settings);
         if let Some(sight) = Sight::new(self, &pieces, &sources.nodes, tolerance) {
             sight.prove(&mut lists, |_, branch| doubt::is_scattered(branch));
             let missed = self.disagreements(&pieces, &lists, Unknown::LeftOut);
             sight.prove(&mut lists, |node, branch| {
-                missed[node as usize] > doubt::DOUBTFUL * branch.jet.distance
+                missed[node as usize] > doubt::DOUBTFUL_DISTANCE * branch.jet.distance
             });
         }
         self.add_errors(&pieces, &mut lists, tolerance);
@@ -153,18 +159,18 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             samples.extend(more);
             grazed.extend(others);
         }
-        let bent = !grazed.is_empty();
-        if bent {
+        let is_diffracted = !grazed.is_empty();
+        if is_diffracted {
             let lit = by_node(samples.iter().map(|s| s.0.near), graph.nodes.len());
             let lit = |frame: &Frame<D>, near: u32| self.by_samples(frame, near, &samples, &lit);
             let limits = |start| limits(start, true);
             let found = self
                 .ground
                 .rims
-                .bent(surface, grazed, lit, reachable, limits);
+                .diffracted(surface, grazed, lit, reachable, limits);
             samples.extend(found);
         }
-        (samples, bent)
+        (samples, is_diffracted)
     }
 
     /// How far rays say that a place near a node is.
@@ -175,7 +181,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         samples: &[(Sample<D>, u32)],
         by_node: &Lists,
     ) -> f64 {
-        let reach = branches::REACH * self.ground.spacing[near as usize];
+        let reach = branches::JET_REACH * self.ground.spacing[near as usize];
         let edges = self.geodesics.graph().edges(near).iter();
         let around = std::iter::once(near).chain(edges.map(|edge| edge.to));
         let close = around.flat_map(|n| by_node.of(n)).filter_map(|i| {
@@ -206,7 +212,7 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             let spacing = self.ground.spacing[node as usize];
             let place = graph.nodes[node as usize].place;
             let height_error = self.geodesics.surface().height_error(place);
-            let doubt = (DOUBT * height_error / spacing).min(1.0);
+            let doubt = (LONE_JET_DOUBT * height_error / spacing).min(1.0);
             let around = self.around(node);
             let near = around.iter().flat_map(|n| samples_by_node.of(*n));
             let near = near.map(|i| {

@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::field::plane::norm;
 use crate::field::rays::frame::{Frame, ON_SURFACE};
-use crate::field::rays::jet::{Heading, Jet, bent};
+use crate::field::rays::jet::{Heading, Jet, transported};
 
 /// A point source, or a piece of a geodesic that is short compared with the surface's radius of
 /// curvature.
@@ -39,8 +39,8 @@ impl<const D: usize> Piece<D> {
     pub fn way(&self, x: &Vector<D>, share: f64) -> Way {
         let [along, off] = self.frame.log(x, share);
         let nearest = along.clamp(-self.half, self.half);
-        let bent = 1.0 - self.frame.gauss * nearest * nearest / 3.0;
-        let step = [along - nearest, off * bent.max(0.0).sqrt()];
+        let narrowing = 1.0 - self.frame.gauss * nearest * nearest / 3.0;
+        let step = [along - nearest, off * narrowing.max(0.0).sqrt()];
         Way {
             length: norm(step),
             from_middle: [along, off],
@@ -55,7 +55,7 @@ impl<const D: usize> Piece<D> {
 
     /// The direction in which a way arrives; zero where the way has no length.
     pub fn direction(&self, way: &Way) -> Vector<D> {
-        bent(&self.frame, way.step, way.from_middle)
+        transported(&self.frame, way.step, way.from_middle)
     }
 
     /// Whether a distance that rays say somewhere near them may be one from this piece's source.
@@ -90,7 +90,7 @@ impl<const D: usize> Piece<D> {
         ))
     }
 
-    /// The jet of the distance from a piece of a curve. The fronts of a geodesic bend with the
+    /// The jet of the distance from a piece of a curve. The fronts of a geodesic curve with the
     /// surface, and those of its ends are circles.
     fn jet_of_curve(&self, way: &Way, to: &Frame<D>) -> Option<Jet> {
         let gradient = to.coordinates(&self.direction(way));

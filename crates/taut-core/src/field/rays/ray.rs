@@ -40,7 +40,7 @@ pub(crate) struct Limits<'a, const D: usize, P> {
 }
 
 /// Longest step of a ray, in spacings of the graph's nodes.
-const LONGEST_STEP: f64 = 8.0;
+const LONGEST_RAY_STEP: f64 = 8.0;
 /// How far rays go on past a bound, in spacings of the graph's nodes.
 const PAST: f64 = 2.0;
 
@@ -63,13 +63,13 @@ impl<const D: usize, P: Copy> Limits<'_, D, P> {
     /// Relative error of a step that is allowed near a node; it is larger where the surface has an
     /// error of its own.
     pub fn tolerance_at(&self, near: u32, height_error: f64) -> f64 {
-        let rough = ROUGH * height_error / self.spacing[near as usize];
+        let rough = ROUGH_RAY_STEP * height_error / self.spacing[near as usize];
         self.tolerance.max(rough)
     }
 
     /// The longest step of a ray near a node of the graph, in the input's units.
     pub(crate) fn longest_step(&self, near: u32) -> f64 {
-        let step = LONGEST_STEP * self.spacing[near as usize];
+        let step = LONGEST_RAY_STEP * self.spacing[near as usize];
         if self.detail > 0.0 {
             step.min(self.detail)
         } else {
@@ -108,7 +108,7 @@ pub(crate) const AT: [&[f64]; 6] = [
 ];
 /// The weights of the fifth-order result less those of the fourth-order one, whose sum estimates a
 /// step's error.
-pub(crate) const DIFFERENCE: [f64; 7] = [
+pub(crate) const ORDER_DIFFERENCE: [f64; 7] = [
     71.0 / 57600.0,
     0.0,
     -71.0 / 16695.0,
@@ -121,35 +121,35 @@ pub(crate) const DIFFERENCE: [f64; 7] = [
 /// the Jacobi field.
 pub(crate) const SIDEWAYS: f64 = 0.05;
 /// Weight of errors off the surface, which every step takes back.
-pub(crate) const OFF: f64 = 0.01;
+pub(crate) const OFF_WEIGHT: f64 = 0.01;
 /// Largest distance between two rays, as a share of the radius of curvature, for a ray to start
 /// halfway between them.
-const MOST_BENT: f64 = 0.35;
+const HALFWAY_CURVATURE: f64 = 0.35;
 /// Relative error of steps below which it is useless to go, per unit of the surface's own error
 /// over the spacing.
-const ROUGH: f64 = 0.03;
+const ROUGH_RAY_STEP: f64 = 0.03;
 /// Most steps of one ray, tried ones included.
-pub(crate) const MOST_STEPS: usize = 20_000;
+pub(crate) const MOST_RAY_STEPS: usize = 20_000;
 /// Shortest step, as a share of the longest: a ray ends where steps must be shorter.
-pub(crate) const SHORTEST: f64 = 1e-3;
+pub(crate) const SHORTEST_RAY_STEP: f64 = 1e-3;
 
 /// How far off the surface a step may end, as a share of the longest step; also how far off it a
 /// ray halfway between two others may begin, as a share of their distance.
 pub(crate) const FARTHEST_OFF: f64 = 0.03;
 /// Largest ratio of the chord of a step to the length of the step together with a jump between
 /// charts.
-pub(crate) const LONGER: f64 = 1.001;
+pub(crate) const CHORD_OVER_STEP: f64 = 1.001;
 /// Largest jump between charts, in errors of the surface's height.
-pub(crate) const JUMP: f64 = 10.0;
+pub(crate) const CHART_JUMP: f64 = 10.0;
 /// How far beyond a rim a ray ends, as a share of the longest step.
-pub(crate) const OVER_RIM: f64 = 0.03;
+pub(crate) const RAY_OVER_RIM: f64 = 0.03;
 
 /// The derivative of a ray's state by its length.
 fn slope<const D: usize>(state: &State<D>, frame: &Frame<D>) -> State<D> {
     let t = frame.coordinates(&state.v);
     State {
         x: state.v,
-        v: frame.bend(t, t),
+        v: frame.second_form(t, t),
         j: [state.j[1], -frame.gauss * state.j[0]],
     }
 }
@@ -209,9 +209,9 @@ pub(crate) fn halfway<const D: usize, S: Surface<D>>(
     angle: f64,
 ) -> Option<Knot<D, S::Place>> {
     let [(a, change_a), (b, change_b)] = pair;
-    let bent = a.frame.curvature().max(b.frame.curvature());
+    let curvature = a.frame.curvature().max(b.frame.curvature());
     let apart = a.jacobi[0].max(b.jacobi[0]) * angle;
-    if apart * bent > MOST_BENT || a.jacobi[0] <= 0.0 || b.jacobi[0] <= 0.0 {
+    if apart * curvature > HALFWAY_CURVATURE || a.jacobi[0] <= 0.0 || b.jacobi[0] <= 0.0 {
         return None;
     }
     let across = |k: &Knot<D, S::Place>, change: f64| {
@@ -278,7 +278,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         dents: Vec::new(),
     };
     let mut step = 0.5 * limits.longest_step(knot.near);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MOST_RAY_STEPS {
         let longest = limits.longest_step(knot.near);
         step = step.min(longest).min(surface.rippled(knot.place));
         // A node without neighbours knows no length to step by.
@@ -293,7 +293,7 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         }) = taken
         else {
             step *= 0.5;
-            if step < SHORTEST * longest {
+            if step < SHORTEST_RAY_STEP * longest {
                 flight.stopped = !limits.rim.is_empty();
                 break;
             }
@@ -308,22 +308,22 @@ pub(crate) fn shoot<const D: usize, S: Surface<D>>(
         let excess =
             error / (limits.tolerance_at(knot.near, surface.height_error(knot.place)) * step);
         let change = 0.9 * excess.max(1e-4).powf(-0.25);
-        if excess > 1.0 && step > SHORTEST * longest {
+        if excess > 1.0 && step > SHORTEST_RAY_STEP * longest {
             step *= change.max(0.2);
             continue;
         }
         if is_creased {
             step *= 0.5;
-            if step < SHORTEST * longest {
+            if step < SHORTEST_RAY_STEP * longest {
                 break;
             }
             continue;
         }
         let point = &next.frame.point;
         let over = surface.beyond_rim(point, next.place);
-        if !limits.along && over.is_some_and(|(depth, _)| depth > OVER_RIM * longest) {
+        if !limits.along && over.is_some_and(|(depth, _)| depth > RAY_OVER_RIM * longest) {
             step *= 0.5;
-            if step < OVER_RIM * longest {
+            if step < RAY_OVER_RIM * longest {
                 flight.stopped = true;
                 break;
             }
@@ -376,17 +376,18 @@ fn advance<const D: usize, S: Surface<D>>(
         }
         // An error along the ray changes its length at first order, one to the side at second order
         // only.
-        let error = start.moved(step, &slopes, &DIFFERENCE);
+        let error = start.moved(step, &slopes, &ORDER_DIFFERENCE);
         let (dx, dj) = (error.x - start.x, error.j[0] - start.j[0]);
         let side = dx.dot(&from.frame.tangents[1]).abs() + dj.abs();
-        let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF * dx.norm();
+        let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF_WEIGHT * dx.norm();
         let aside = &from.frame.tangents[1];
         let frame = settled(frame, &stage.v, aside, geometry, farthest)?;
         let turning = from.frame.curvature().max(frame.curvature()) * step;
         let is_creased = surface.resolution(place) == 0.0
             && (geometry.is_creased([&stage.v], 0.0) || geometry.is_creased([aside], turning));
         let chord = (frame.point - start.x).norm();
-        if !(error.is_finite() && chord <= LONGER * step.hypot(JUMP * surface.height_error(place)))
+        if !(error.is_finite()
+            && chord <= CHORD_OVER_STEP * step.hypot(CHART_JUMP * surface.height_error(place)))
         {
             return None;
         }

@@ -38,13 +38,13 @@ pub(crate) fn jet(
     let heading = Heading {
         angle,
         turn: spread.recip(),
-        bow: -derivative(spreads) / (spread * spread),
+        turn_rate: -derivative(spreads) / (spread * spread),
         range,
     };
     let cut = (change.abs() - most).max(0.0);
     Jet {
-        change: change.clamp(-most, most),
-        change_error: if range.is_none() {
+        curvature_rate: change.clamp(-most, most),
+        curvature_rate_error: if range.is_none() {
             cut + uncertainty(fronts, curvature, spacing)
         } else {
             0.0

@@ -161,7 +161,7 @@ pub(super) fn is_foretold<const D: usize>(
 ) -> bool {
     let chord = b.point - a.point;
     let along = geometry.project(&chord);
-    let off = chord - along - geometry.bend(&along) * 0.5;
+    let off = chord - along - geometry.normal_curvature(&along) * 0.5;
     let length = along.norm();
     let spacings = length / a.spacing.min(b.spacing);
     off.norm() <= (OFF_PREDICTED + OFF_BY_SQUARE * spacings * spacings) * length

@@ -228,8 +228,8 @@ impl<const D: usize> SampleNet<D> {
     }
 }
 
-/// Whether each sample is at a tip, where the surface bends far more than elsewhere, or beside one;
-/// empty where there is no tip.
+/// Whether each sample is at a tip, where the surface curves far more than elsewhere, or beside
+/// one; empty where there is no tip.
 fn tips<const D: usize>(samples: &[Sample<D>], graph: &Graph<D, Vector<D>>) -> Vec<bool> {
     let mut radii: Vec<f64> = samples.iter().map(|sample| sample.by_turning).collect();
     radii.sort_by(f64::total_cmp);

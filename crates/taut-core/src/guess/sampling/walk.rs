@@ -74,7 +74,7 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
         length: f64,
         gap: f64,
     ) -> Option<(Vector<D>, f64)> {
-        let curvature_vector = self.scratch.bend(tangent);
+        let curvature_vector = self.scratch.normal_curvature(tangent);
         let curvature = self.scratch.curvature_bound();
         let foretold = (CUBIC * gap / (curvature * curvature)).cbrt();
         let mut length = length
@@ -147,7 +147,7 @@ impl<'a, const D: usize, E: Equations<D>> Walker<'a, D, E> {
             let tangent = along / length;
             // If `x` lies off the surface, on the side that the surface curves away from, the way
             // along the surface is shorter than the tangential part.
-            let shorter = (1.0 - to.dot(&self.scratch.bend(&tangent))).max(1.0);
+            let shorter = (1.0 - to.dot(&self.scratch.normal_curvature(&tangent))).max(1.0);
             let (next, _) = self.step(&point, &tangent, length / shorter, gap)?;
             let there = (x - next).norm();
             if there >= left {

@@ -38,9 +38,9 @@ const WITHIN: f64 = 0.9;
 const SLIDES: usize = 4;
 /// Distance between the places on the way from a chart's origin at which rims are looked for, in
 /// spacings.
-const LOOK: f64 = 1.5;
+const RIM_LOOK: f64 = 1.5;
 /// Most places on the way from a chart's origin at which rims are looked for.
-const MOST_LOOKS: f64 = 64.0;
+const MOST_RIM_LOOKS: f64 = 64.0;
 
 impl<const D: usize> Atlas<D> {
     /// F at a point in the input's coordinates; `None` for surfaces of several normals. F has one
@@ -193,9 +193,9 @@ impl<const D: usize> Atlas<D> {
         lifted: impl Fn(&Vector<D>) -> Vector<D>,
     ) -> Vector<D> {
         let spacing = self.charts[index as usize].spacing;
-        let steps = (flat.norm() / (LOOK * spacing))
+        let steps = (flat.norm() / (RIM_LOOK * spacing))
             .ceil()
-            .clamp(1.0, MOST_LOOKS);
+            .clamp(1.0, MOST_RIM_LOOKS);
         let mut inside = self.charts[index as usize].origin;
         for i in 1..=steps as usize {
             let there = lifted(&(flat * (i as f64 / steps)));

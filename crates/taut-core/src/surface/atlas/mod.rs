@@ -51,7 +51,7 @@ use supports::Supports;
 pub type ChartIndex = u32;
 
 /// How far a first guess may lie beyond a rim that it cuts across, in spacings.
-const CROSSING: f64 = 0.75;
+pub(crate) const CROSSING: f64 = 0.75;
 /// Largest distance of a foot on a model, in distances of the nearest chart.
 const FARTHER: f64 = 1.5;
 /// Distance that is added to [`FARTHER`] distances of the nearest chart, in residuals of that

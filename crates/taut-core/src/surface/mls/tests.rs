@@ -33,11 +33,11 @@ fn sphere_shrinks_by_half_h_squared() {
             assert!(surface.geometry(&node.point, node.place, &mut scratch));
             let tilt = scratch.normal(0).cross(&centred.normalize()).norm();
             assert!(tilt < 2e-3, "{h} {row} {tilt}");
-            let bend = scratch.bend(&scratch.tangent(0));
+            let expected = scratch.normal_curvature(&scratch.tangent(0));
             assert!(
-                (bend.norm() * centred.norm() - 1.0).abs() < 0.01,
+                (expected.norm() * centred.norm() - 1.0).abs() < 0.01,
                 "{h} {row} {}",
-                bend.norm()
+                expected.norm()
             );
         }
     }
@@ -107,8 +107,9 @@ fn padded_with_a_coordinate_nothing_changes() {
         assert!(plain.geometry(&node.point, node.place, &mut scratch));
         assert!(padded.geometry(&other.point, other.place, &mut wider));
         let t = scratch.tangent(0);
-        let bend = wider.bend(&Vector::<4>::new(t[0], t[1], t[2], 0.0));
-        let off = (scratch.bend(&t) - bend.fixed_rows::<3>(0)).norm() + bend[3].abs();
+        let expected = wider.normal_curvature(&Vector::<4>::new(t[0], t[1], t[2], 0.0));
+        let off =
+            (scratch.normal_curvature(&t) - expected.fixed_rows::<3>(0)).norm() + expected[3].abs();
         // Both normal curvature vectors are differences of gradients at feet that agree to 1e-9.
         assert!(off < 1e-6, "{row} {off:e}");
     }

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use crate::field::rays::frame::Frame;
 use crate::field::rays::knot::Knot;
-use crate::field::sources::Origin;
+use crate::field::sources::RayOrigin;
 
 /// Number of rays that first leave every source.
-const FIRST_RAYS: usize = 32;
+const FIRST_FIELD_RAYS: usize = 32;
 
 /// What rays leave side by side. They leave a point in directions told apart by their angle, or a
 /// curve, at right angles to it, from places told apart by their arc length. These numbers grow to
@@ -25,7 +25,7 @@ pub(crate) struct Bundle<'a, const D: usize, P> {
 
 impl<'a, const D: usize, P: Copy + Sync> Bundle<'a, D, P> {
     /// The rays that leave a point, all round or between two angles.
-    pub fn of_point(origin: &Origin<'_, D, P, Frame<D>>, angles: Option<[f64; 2]>) -> Self
+    pub fn of_point(origin: &RayOrigin<'_, D, P, Frame<D>>, angles: Option<[f64; 2]>) -> Self
     where
         P: 'a,
     {
@@ -49,9 +49,9 @@ impl<'a, const D: usize, P: Copy + Sync> Bundle<'a, D, P> {
 
 /// The angles of the first rays, all round or between two angles.
 fn first_angles(between: Option<[f64; 2]>) -> Vec<f64> {
-    let apart = TAU / FIRST_RAYS as f64;
+    let apart = TAU / FIRST_FIELD_RAYS as f64;
     match between {
-        None => (0..FIRST_RAYS).map(|i| apart * i as f64).collect(),
+        None => (0..FIRST_FIELD_RAYS).map(|i| apart * i as f64).collect(),
         Some([from, to]) => {
             let steps = ((to - from) / apart).ceil().max(1.0);
             let angle = |i: usize| from + (to - from) * i as f64 / steps;

@@ -3,7 +3,7 @@
 //! put between them.
 
 mod bundle;
-mod samples;
+pub(in crate::field) mod samples;
 
 use std::f64::consts::TAU;
 
@@ -17,17 +17,17 @@ pub(crate) use bundle::Bundle;
 pub(crate) use samples::Sample;
 
 /// Largest distance between neighbouring rays, in spacings of the graph's nodes, where the surface
-/// bends much.
-const APART: f64 = 1.5;
+/// curves much.
+const RAYS_APART: f64 = 1.5;
 /// Largest distance between neighbouring rays, in spacings of the graph's nodes, where the surface
-/// bends little.
-const MOST_APART: f64 = 2.5;
+/// curves little.
+const MOST_RAYS_APART: f64 = 2.5;
 /// Share of the radius of curvature up to which neighbouring rays may be farther apart than
-/// [`APART`] spacings, but not than [`MOST_APART`].
-const RESOLVED: f64 = 0.25;
+/// [`RAYS_APART`] spacings, but not than [`MOST_RAYS_APART`].
+const RAYS_RESOLVED: f64 = 0.25;
 /// Least difference between neighbouring rays at which more are put between them, in radians, or as
 /// a share of the length of the curve that they leave from.
-const NARROWEST: f64 = 1e-9;
+const NARROWEST_PAIR: f64 = 1e-9;
 /// Number of rays to each side of a pair among which its neighbour is searched for; the neighbour
 /// may be this many times as far off as the rays of the pair are from each other.
 const OUTWARDS: usize = 4;
@@ -44,7 +44,7 @@ const GRAZING: f64 = 0.03;
 /// sake start.
 const BEFORE: f64 = 2.0;
 /// Most jets for each node that a source may reach; no more rays are put between others above it.
-const MOST_JETS: usize = 16;
+const MOST_RAY_JETS: usize = 16;
 
 /// A ray, with the length from which on it was needed.
 struct Ray<const D: usize, P> {
@@ -135,8 +135,8 @@ impl<const D: usize, P: Copy> Ray<D, P> {
     fn parted(&self, angle: f64, share: f64, spacing: &[f64]) -> Option<f64> {
         let far = |knot: &Knot<D, P>| {
             let spacing = spacing[knot.near as usize];
-            let resolved = RESOLVED / knot.frame.curvature();
-            let most = resolved.clamp(APART * spacing, MOST_APART * spacing);
+            let resolved = RAYS_RESOLVED / knot.frame.curvature();
+            let most = resolved.clamp(RAYS_APART * spacing, MOST_RAYS_APART * spacing);
             knot.jacobi[0] * angle > share * most
         };
         let found = self.knots.iter().position(far)?;
@@ -197,7 +197,7 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
         };
         let mut young = vec![true; fan.rays.len()];
         let mut jets = 0;
-        while jets <= MOST_JETS * reachable {
+        while jets <= MOST_RAY_JETS * reachable {
             let gaps = fan.gaps(&young, limits.along);
             if gaps.is_empty() {
                 break;
@@ -268,7 +268,7 @@ impl<'a, const D: usize, P: Copy + Send + Sync> Fan<'a, D, P> {
     fn gaps(&self, young: &[bool], along: bool) -> Vec<Gap> {
         let spacing = self.spacing;
         let parts_at_rims = along || self.range.is_none();
-        let narrowest = NARROWEST * self.range.map_or(1.0, |[from, to]| to - from);
+        let narrowest = NARROWEST_PAIR * self.range.map_or(1.0, |[from, to]| to - from);
         let gap = |(i, [right, left], angle): (usize, [&Ray<D, P>; 2], f64)| {
             if !(young[i] || young[(i + 1) % young.len()]) || angle <= narrowest {
                 return None;

@@ -8,15 +8,15 @@ use crate::field::rays::ray;
 use crate::field::rays::sides::{self, Side};
 
 /// Distance of the jets along a ray, in spacings of the graph's nodes.
-const ALONG: f64 = 1.0;
+pub(crate) const JETS_ALONG: f64 = 1.0;
 /// Least distance, in spacings of the graph's nodes, of the rays from which the derivative of the
 /// front curvature is found.
-const BESIDE: f64 = 0.7;
+const RAYS_BESIDE: f64 = 0.7;
 /// Farthest ray that is looked at for the derivative of the front curvature, as a multiple of the
 /// least distance of useful rays.
-const FARTHEST: f64 = 4.0;
+const FARTHEST_RAY: f64 = 4.0;
 /// A ray is of no use where rays beside it meet it within the spacing divided by this.
-const FOCUSED: f64 = 1.0;
+pub(crate) const USELESS_FOCUS: f64 = 1.0;
 /// Factor of the distance to the next ray within which a jet may always be used.
 const AS_FAR: f64 = 1.1;
 
@@ -48,7 +48,9 @@ pub(in crate::field) fn samples<const D: usize, P: Copy + Send + Sync>(
         return samples;
     };
     let mut near = first.near;
-    let mut length = ray.needed_from.max(0.5 * ALONG * spacing[near as usize]);
+    let mut length = ray
+        .needed_from
+        .max(0.5 * JETS_ALONG * spacing[near as usize]);
     let mut knot = 0;
     while length < end {
         while knot + 1 < ray.knots.len() && ray.knots[knot + 1].length <= length {
@@ -66,10 +68,10 @@ pub(in crate::field) fn samples<const D: usize, P: Copy + Send + Sync>(
         near = ray::nearest(fan.graph, &frame.point, near);
         let spacing = spacing[near as usize];
         // Jets are of no use beyond where rays meet, and shortly before.
-        if !(j > 0.0 && slope / j * spacing > -FOCUSED) {
+        if !(j > 0.0 && slope / j * spacing > -USELESS_FOCUS) {
             break;
         }
-        let least = BESIDE * spacing / j;
+        let least = RAYS_BESIDE * spacing / j;
         let sides = [-1, 1].map(|side| beside(fan, index, side, least, length));
         let distance = fan.start + length;
         let mut jet = sides::jet(distance, [j, slope], sides, (ray.angle, fan.range), spacing);
@@ -86,7 +88,7 @@ pub(in crate::field) fn samples<const D: usize, P: Copy + Send + Sync>(
             doubt: 0.0,
             surface_error: ray.knots[knot].heights.length_error() + ray.detour(length),
         });
-        length += ALONG * spacing;
+        length += JETS_ALONG * spacing;
     }
     samples
 }
@@ -157,7 +159,7 @@ fn beside<const D: usize, P: Copy + Send + Sync>(
                 jacobi,
             });
         }
-        if turn.abs() > FARTHEST * least {
+        if turn.abs() > FARTHEST_RAY * least {
             return None;
         }
         step *= 2;

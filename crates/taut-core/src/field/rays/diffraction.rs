@@ -14,47 +14,46 @@ use crate::field::rays::fan::{Bundle, Fan, Graze, Sample};
 use crate::field::rays::frame::{Frame, ON_SURFACE};
 use crate::field::rays::jet::Heading;
 use crate::field::rays::ray::{self, Limits};
-use crate::field::sources::{Origin, nearest_entrance};
+use crate::field::sources::{RayOrigin, nearest_entrance};
 use crate::geodesics::Geodesics;
 use crate::guess::Guide;
 use crate::guess::graph::Graph;
 use crate::parallel;
 use crate::surface::atlas::Lists;
+use crate::surface::atlas::rim::DISC_SPACINGS;
 use crate::surface::{Geometry, Node};
 
 /// How far points at the rim of a random sample lie short of the true rim on average, in spacings
 /// of the points, where a taut string rests on them (measured on round holes of 10 to 60 spacings:
 /// 0.45 to 0.75).
-const SHORT: f64 = 0.65;
+const SHORT_OF_BOUNDARY: f64 = 0.65;
 /// Longest step along the rim, in spacings of the graph's nodes.
-const REACH: f64 = 3.0;
+const LONGEST_STEP_ALONG: f64 = 3.0;
 /// How much deeper beyond the rim a step may lie than its ends do and than the discs that make the
 /// rim sink between them, in spacings of the points.
-const SLACK: f64 = 0.1;
-/// Radius of the empty discs that make the rim, in spacings of the points.
-const DISC: f64 = 2.5;
+const DEPTH_SLACK: f64 = 0.1;
 /// Largest distance between two points at the rim, in spacings of the points, for which the discs
 /// are taken to sink between them.
-const WIDEST: f64 = 4.0;
+const WIDEST_SAG: f64 = 4.0;
 /// Shares of a step along the rim at which its depth beyond the rim is looked at.
-const ALONG: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
+const DEPTH_LOOKS: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
 /// How much longer a way along the rim may be than nearby rays say, in spacings of the graph's
 /// nodes, to be of use. The slack is there because those rays may look a little way into the
 /// shadow.
 const LIT: f64 = 1.0;
 /// Improvements of a way along the rim below this share of the nodes' spacing are not made.
-const LEAST: f64 = 0.01;
+const LEAST_GAIN: f64 = 0.01;
 /// How uncertain the place of the rim is, in spacings of the graph's nodes, for each radian that a
 /// way turns round it.
-const DOUBT: f64 = 0.6;
+const DOUBT_OF_TURN: f64 = 0.6;
 /// How much shorter rays diffracted at dents of a rough rim must be than straight rays to be
 /// believed, in spacings of the graph's nodes.
-const BENT: f64 = 0.5;
+const DENT_GAIN: f64 = 0.5;
 /// How far rays also turn to the side away from the rim, in radians: what lies ahead on a rough rim
 /// may end all the other rays.
-const CLEAR: f64 = 0.3;
+const TURN_AWAY: f64 = 0.3;
 /// Most rims, one behind the other, that a way may be diffracted at.
-const MOST_ROUNDS: usize = 64;
+const MOST_DIFFRACTIONS: usize = 64;
 
 /// A corner: a place at the rim where ways may turn.
 struct Corner<const D: usize, P> {
@@ -101,7 +100,7 @@ enum Start {
 }
 
 /// A place that steps along the rim start from.
-struct Bend<'a, const D: usize, P> {
+struct Diffraction<'a, const D: usize, P> {
     node: Node<D, P>,
     frame: &'a Frame<D>,
     near: u32,
@@ -134,7 +133,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             let mut place = node.place;
             // Points at the rim of a sample end short of the surface, so the corner is moved
             // outwards.
-            let x: Vector<D> = node.point + outward * (SHORT * spacing);
+            let x: Vector<D> = node.point + outward * (SHORT_OF_BOUNDARY * spacing);
             let point = surface.foot(&x, &mut place, geometry)?;
             let frame = super::frame(surface, &Node { point, place }, geometry)?;
             let (entrance, _) = nearest_entrance(&geodesics.entrances(&node))?;
@@ -163,7 +162,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         };
         let beside = parallel::map(rims.corners.len(), |i| {
             let corner = &rims.corners[i];
-            let reach = REACH * spacing[corner.near as usize];
+            let reach = LONGEST_STEP_ALONG * spacing[corner.near as usize];
             let from = (&corner.node, &corner.frame, corner.near);
             let mut others = rims.steps(surface, graph, from, reach);
             others.retain(|j| *j as usize != i);
@@ -185,10 +184,10 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         let passes = |to: &Corner<D, P>| {
             let spacing = to.spacing;
             // Between two points that it touches, a disc sinks deeper.
-            let half = 0.5 * ((to.node.point - node.point).norm() / spacing).min(WIDEST);
-            let sunk = DISC - (DISC * DISC - half * half).sqrt();
-            let deepest = (SHORT + SLACK + sunk) * spacing;
-            ALONG.iter().all(|t| {
+            let half = 0.5 * ((to.node.point - node.point).norm() / spacing).min(WIDEST_SAG);
+            let sunk = DISC_SPACINGS - (DISC_SPACINGS * DISC_SPACINGS - half * half).sqrt();
+            let deepest = (SHORT_OF_BOUNDARY + DEPTH_SLACK + sunk) * spacing;
+            DEPTH_LOOKS.iter().all(|t| {
                 let x = node.point + (to.node.point - node.point) * *t;
                 let depth = |place| surface.beyond_rim(&x, place).map_or(0.0, |d| d.0);
                 depth(node.place).max(depth(to.node.place)) <= deepest
@@ -210,7 +209,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
     /// The jets of the rays that are diffracted at the rims where other rays graze them. `lit` says
     /// how far rays say that a place near a node is; `limits` says where rays end that start at a
     /// distance.
-    pub fn bent<'a, S: Guide<D, Place = P>>(
+    pub fn diffracted<'a, S: Guide<D, Place = P>>(
         &self,
         surface: &S,
         mut grazed: Vec<Grazed<D, P>>,
@@ -226,7 +225,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
         let mut open: Vec<Option<f64>> = vec![None; self.corners.len()];
         // Each round follows the rims from where rays graze them, and shoots rays from the places
         // that ways lead on from. Where these rays graze further rims, the next round begins.
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MOST_DIFFRACTIONS {
             if grazed.is_empty() {
                 break;
             }
@@ -238,16 +237,16 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             let turns = self.along(surface, &grazed, &mut reached, &mut lit, &places);
             let fans = parallel::map(turns.len(), |i| {
                 let (start, sector) = turns[i];
-                let bend = self.bend(start, &grazed, &reached);
-                let at = bend.reached;
-                let [x, y] = bend.frame.coordinates(&at.direction);
+                let diffraction = self.diffraction(start, &grazed, &reached);
+                let at = diffraction.reached;
+                let [x, y] = diffraction.frame.coordinates(&at.direction);
                 let ahead = y.atan2(x);
-                let unsure = DOUBT * places.spacing[bend.near as usize];
+                let unsure = DOUBT_OF_TURN * places.spacing[diffraction.near as usize];
                 let doubt = |angle: f64| at.doubt + unsure * turned_by(ahead, angle).abs();
-                let origin = Origin {
-                    node: &bend.node,
-                    frame: bend.frame,
-                    near: bend.near,
+                let origin = RayOrigin {
+                    node: &diffraction.node,
+                    frame: diffraction.frame,
+                    near: diffraction.near,
                     start: at.distance,
                 };
                 let angles = Some(sector.map(|turn| ahead + turn));
@@ -257,7 +256,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 for sample in &mut samples {
                     let doubt = doubt(sample.jet.heading.angle);
                     sample.surface_error += doubt;
-                    sample.doubt = doubt + BENT * places.spacing[sample.near as usize];
+                    sample.doubt = doubt + DENT_GAIN * places.spacing[sample.near as usize];
                     // All rays from here left the source as the ray that grazed the rim did.
                     sample.jet.heading = Heading::same(at.angle);
                 }
@@ -281,12 +280,12 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
     }
 
     /// The place that a step along the rim starts from, with how it is reached.
-    fn bend<'a>(
+    fn diffraction<'a>(
         &'a self,
         start: Start,
         grazed: &'a [Grazed<D, P>],
         reached: &[Option<Reached<D>>],
-    ) -> Bend<'a, D, P> {
+    ) -> Diffraction<'a, D, P> {
         match start {
             Start::Graze(i) => {
                 let Grazed {
@@ -295,7 +294,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                     source,
                 } = &grazed[i as usize];
                 let knot = &graze.knot;
-                Bend {
+                Diffraction {
                     node: Node {
                         point: knot.frame.point,
                         place: knot.place,
@@ -323,7 +322,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                     source: u32::MAX,
                     from: start,
                 };
-                Bend {
+                Diffraction {
                     node: corner.node,
                     frame: &corner.frame,
                     near: corner.near,
@@ -353,25 +352,25 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             let i = to as usize;
             let corner = &self.corners[i];
             let spacing = limits.spacing[corner.near as usize];
-            let bend = self.bend(start, grazed, reached);
-            let v = bend.frame.log(&corner.node.point, ON_SURFACE);
-            let distance = bend.reached.distance + norm(v);
+            let diffraction = self.diffraction(start, grazed, reached);
+            let v = diffraction.frame.log(&corner.node.point, ON_SURFACE);
+            let distance = diffraction.reached.distance + norm(v);
             let known = reached[i].map_or(f64::INFINITY, |r| r.distance);
             let most = limits.longest.min(lit(i) + LIT * spacing);
-            if distance > (known - LEAST * spacing).min(most) {
+            if distance > (known - LEAST_GAIN * spacing).min(most) {
                 return;
             }
-            let back = corner.frame.log(&bend.node.point, ON_SURFACE);
+            let back = corner.frame.log(&diffraction.node.point, ON_SURFACE);
             let Some(direction) = corner.frame.vector(back).try_normalize(0.0) else {
                 return;
             };
-            let turn = turn(&bend, v).abs();
+            let turn = turn(&diffraction, v).abs();
             let new = Reached {
                 distance,
                 direction: -direction,
-                doubt: bend.reached.doubt + DOUBT * spacing * turn,
-                angle: bend.reached.angle,
-                source: bend.reached.source,
+                doubt: diffraction.reached.doubt + DOUBT_OF_TURN * spacing * turn,
+                angle: diffraction.reached.angle,
+                source: diffraction.reached.source,
                 from: start,
             };
             reached[i] = Some(new);
@@ -386,7 +385,7 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
                 point: knot.frame.point,
                 place: knot.place,
             };
-            let reach = REACH * limits.spacing[knot.near as usize];
+            let reach = LONGEST_STEP_ALONG * limits.spacing[knot.near as usize];
             let from = (&node, &knot.frame, knot.near);
             for to in self.steps(surface, limits.graph, from, reach) {
                 offer(Start::Graze(i), to, reached, &mut heap);
@@ -408,27 +407,32 @@ impl<const D: usize, P: Copy + Send + Sync> Rims<D, P> {
             .iter()
             .filter_map(|i| {
                 let start = reached[*i as usize]?.from;
-                let bend = self.bend(start, grazed, reached);
-                let v = bend
+                let diffraction = self.diffraction(start, grazed, reached);
+                let v = diffraction
                     .frame
                     .log(&self.corners[*i as usize].node.point, ON_SURFACE);
-                Some((start, turn(&bend, v)))
+                Some((start, turn(&diffraction, v)))
             })
             .collect();
         turns.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let groups = turns.chunk_by(|a, b| a.0 == b.0);
         let sector = |group: &[(Start, f64)]| {
             let (first, last) = (group[0], group[group.len() - 1]);
-            let lower = if first.1 < 0.0 { first.1 } else { -CLEAR };
-            (first.0, [lower, if last.1 > 0.0 { last.1 } else { CLEAR }])
+            let lower = if first.1 < 0.0 { first.1 } else { -TURN_AWAY };
+            (
+                first.0,
+                [lower, if last.1 > 0.0 { last.1 } else { TURN_AWAY }],
+            )
         };
         groups.map(sector).collect()
     }
 }
 
 /// The angle from the direction in which a place is reached to a step from there, in radians.
-fn turn<const D: usize, P>(bend: &Bend<D, P>, step: [f64; 2]) -> f64 {
-    let [a, b] = bend.frame.coordinates(&bend.reached.direction);
+fn turn<const D: usize, P>(diffraction: &Diffraction<D, P>, step: [f64; 2]) -> f64 {
+    let [a, b] = diffraction
+        .frame
+        .coordinates(&diffraction.reached.direction);
     (a * step[1] - b * step[0]).atan2(a * step[0] + b * step[1])
 }
 

@@ -1,4 +1,4 @@
-//! One edge of a curve: the shortest geodesic between two of its vertices, shot from one to the
+//! One segment of a curve: the shortest geodesic between two of its vertices, shot from one to the
 //! other.
 //!
 //! The length of a path pulled taut differs from that of the geodesic only by the square of the
@@ -18,26 +18,26 @@ use crate::guess::dijkstra::Distances;
 use crate::surface::{Geometry, Node, Surface};
 
 /// Most shots until one hits.
-const MOST_SHOTS: usize = 8;
+const MOST_SEGMENT_SHOTS: usize = 8;
 /// Largest miss of a shot that hits, as a multiple of the rays' tolerance.
 const HIT: f64 = 0.1;
 /// Largest miss, as a share of the shot's length, beyond which shooting is given up.
-const ASTRAY: f64 = 0.3;
-/// Tolerance of a shot, as a share of the tolerance of distances: an error of the edge to the side
-/// is an error of the distances from the edge.
+const SHOT_ASTRAY: f64 = 0.3;
+/// Tolerance of a shot, as a share of the tolerance of distances: an error of the segment to the
+/// side is an error of the distances from the segment.
 const FINER: f64 = 0.01;
 
-/// Least step along an edge, as a share of its length.
+/// Least step along a segment, as a share of its length.
 const LEAST_STEP: f64 = 1e-5;
 
 /// A geodesic, given by places on it with their lengths from its start. The first tangent of each
 /// place is along the geodesic.
 #[derive(Clone, Debug)]
-pub(super) struct Edge<const D: usize, P> {
+pub(super) struct Segment<const D: usize, P> {
     knots: Vec<Knot<D, P>>,
 }
 
-impl<const D: usize, P: Copy> Edge<D, P> {
+impl<const D: usize, P: Copy> Segment<D, P> {
     /// The length of the geodesic, in the input's units.
     pub fn length(&self) -> f64 {
         self.knots.last().map_or(0.0, |last| last.length)
@@ -86,13 +86,13 @@ impl<const D: usize, P: Copy> Edge<D, P> {
 }
 
 impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
-    /// The edge between two vertices, the `index`-th edge of its curve.
-    pub(super) fn edge(
+    /// The segment between two vertices, the `index`-th segment of its curve.
+    pub(super) fn segment(
         &self,
         [from, to]: [&Node<D, S::Place>; 2],
         index: usize,
         spacing: &[f64],
-    ) -> Result<Edge<D, S::Place>, Error> {
+    ) -> Result<Segment<D, S::Place>, Error> {
         let graph = self.geodesics.graph();
         let path = self
             .geodesics
@@ -129,13 +129,13 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
         };
         let reached = shooter.reach(&path.points, &path.arc_length);
         reached.ok_or_else(|| refused("off-surface"))?;
-        Ok(Edge {
+        Ok(Segment {
             knots: shooter.knots,
         })
     }
 }
 
-/// An edge that is being made.
+/// A segment that is being made.
 struct Shooter<'a, const D: usize, S: Surface<D>> {
     surface: &'a S,
     limits: Limits<'a, D, S::Place>,
@@ -177,7 +177,7 @@ impl<const D: usize, S: Guide<D>> Shooter<'_, D, S> {
             tolerance: FINER * self.limits.tolerance,
             ..self.limits
         };
-        for _ in 0..MOST_SHOTS {
+        for _ in 0..MOST_SEGMENT_SHOTS {
             let start = Knot {
                 length: 0.0,
                 frame: from.frame.turned([angle.cos(), angle.sin()]),
@@ -199,7 +199,7 @@ impl<const D: usize, S: Guide<D>> Shooter<'_, D, S> {
                 }
                 return Some(knots);
             }
-            if miss.is_nan() || miss > ASTRAY * length || last.jacobi[0] <= 0.0 {
+            if miss.is_nan() || miss > SHOT_ASTRAY * length || last.jacobi[0] <= 0.0 {
                 return None;
             }
             angle += left / last.jacobi[0];
