@@ -80,7 +80,8 @@ impl<const D: usize> Jet<D> {
         Some(self.distance + self.step(frame, v)?.growth.delta)
     }
 
-    /// The jet carried from its frame to another frame; `None` beyond where rays meet.
+    /// The jet carried from its frame to another frame; `None` beyond where rays meet, and where the
+    /// gradient would be turned round.
     pub fn carried(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
         let step = self.step(from, &v)?;
@@ -92,7 +93,7 @@ impl<const D: usize> Jet<D> {
         let shape = self.shape_after(&step.tidal, delta)?;
         let shape = from.transported_matrix(to, &v, &shape);
         let before = from.transported(to, &v, &self.gradient);
-        let turn = rotation(&before.try_normalize(0.0)?, &gradient);
+        let turn = rotation(&before.try_normalize(0.0)?, &gradient)?;
         let shape = turn * shape * turn.transpose();
         Some(Self {
             distance: self.distance + delta,
@@ -200,10 +201,12 @@ impl<const D: usize> Step<D> {
     }
 }
 
-/// The least rotation that takes one unit vector to another, which must not be opposite.
-fn rotation<const D: usize>(from: &Vector<D>, to: &Vector<D>) -> Matrix<D> {
+/// The least rotation that takes one unit vector to another; `None` where they are opposite, so that
+/// there is no least one.
+fn rotation<const D: usize>(from: &Vector<D>, to: &Vector<D>) -> Option<Matrix<D>> {
     let turn = to * from.transpose() - from * to.transpose();
-    Matrix::identity() + turn + turn * turn / (1.0 + from.dot(to))
+    let share = 1.0 + from.dot(to);
+    (share > 0.0).then(|| Matrix::identity() + turn + turn * turn / share)
 }
 
 /// A tangent vector carried along `v` and turned with the surface, of unit length; zero for the
