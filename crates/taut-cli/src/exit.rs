@@ -40,7 +40,7 @@ impl Exit {
                 "the path did not converge to the tolerance; it is given as far as it got"
             }
             Self::Unknown => {
-                "it is unknown whether a path exists, because the surface was not sampled all the way"
+                "it is unknown whether a path exists, because the surface was not sampled all the way or no ray came there"
             }
         }
     }

@@ -156,7 +156,11 @@ fn is_said(file: &Path, further: &[&str], words: &str) {
     ];
     let path = taut(&[&ends[..], further, &["--json"]].concat());
     let path: Value = serde_json::from_str(text(&path.stdout)).expect("JSON");
-    let field = with(&["field", name(file), "--source", "0"]);
+    let field = taut(&[&["field", name(file), "--source", "0", "--json"], further].concat());
+    let code = field.status.code();
+    let field: Value = serde_json::from_str(text(&field.stdout)).expect("JSON");
+    let is_unknown = field["unknown"].as_u64().is_some_and(|points| points > 0);
+    assert_eq!(code, Some(if is_unknown { 6 } else { 0 }), "{field}");
     for facts in [path, field, with(&["check", name(file)])] {
         assert!(warnings(&facts).contains(words), "{facts}");
     }

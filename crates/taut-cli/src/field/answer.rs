@@ -206,7 +206,7 @@ impl FieldFacts {
         }
         if *unknown > 0 {
             progress.note(&format!(
-                "{surface}: it is unknown whether anything leads to {unknown} of {points} points, because the surface was not sampled all the way: their distance is NaN; name the part that you mean with --bounds"
+                "{surface}: it is unknown whether anything leads to {unknown} of {points} points, because no ray came there or the surface was not sampled all the way: their distance is NaN; of an equation, name the part that you mean with --bounds"
             ));
         }
     }
