@@ -35,8 +35,8 @@ pub struct CorrectionFlags {
     #[arg(long, value_name = "SCHEME", value_enum, default_value_t)]
     pub correction: Correction,
     /// Largest number of nodes that a path may have
-    #[arg(long, value_name = "N", default_value = "8192", value_parser = count)]
-    #[arg(allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    #[arg(default_value_t = correction::Settings::default().most_nodes)]
     pub most_nodes: usize,
 }
 

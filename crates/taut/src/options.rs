@@ -25,7 +25,7 @@ impl Default for PathOptions {
     fn default() -> Self {
         Self {
             tolerance: 1e-6,
-            most_nodes: 8192,
+            most_nodes: correction::Settings::default().most_nodes,
             prove_shortest: false,
         }
     }

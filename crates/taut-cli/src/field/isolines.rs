@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
+use taut::End;
 use taut::kind::Kind;
 use taut::size::flat;
-use taut::{End, coordinate};
 use taut_core::error::Error;
 use taut_core::field::{Field, Fields, Isoline};
 use taut_core::surface::Surface;
@@ -22,6 +22,7 @@ use crate::outputs::Files;
 use crate::picture::Levels;
 use crate::progress::Progress;
 use crate::ready::Ready;
+use crate::values::positive;
 
 #[derive(Debug, Args)]
 pub struct IsolineFlags {
@@ -38,7 +39,7 @@ pub struct IsolineFlags {
         value_delimiter = ',',
         requires = "isolines"
     )]
-    #[arg(value_parser = coordinate)]
+    #[arg(value_parser = positive)]
     pub levels: Vec<f64>,
 }
 

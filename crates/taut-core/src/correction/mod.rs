@@ -56,7 +56,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             tolerance: 1e-6,
-            most_nodes: 1024,
+            most_nodes: 8192,
             scheme: Scheme::Newton,
             prove_shortest: false,
         }
