@@ -12,13 +12,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 /// How often the interpreter is asked whether the user has interrupted.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// Pools by the process that made them and their number of threads; 0 is as many as there are cores.
+/// Pools by the process that made them and their number of threads; 0 is as many as there are
+/// cores.
 type Pools = HashMap<(u32, usize), Arc<ThreadPool>>;
 
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
-/// A pool of this process. Threads do not survive a fork, so a forked process makes its own and never waits for those of
-/// its parent.
+/// A pool of this process. Threads do not survive a fork, so a forked process makes its own and
+/// never waits for those of its parent.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
@@ -26,7 +27,8 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     if let Some(pool) = pools.get(&key) {
         return Ok(Arc::clone(pool));
     }
-    // Without a handler a panic would end the process; with it the caller hears that no answer comes.
+    // Without a handler a panic would end the process; with it the caller hears that no answer
+    // comes.
     let builder = ThreadPoolBuilder::new().panic_handler(|_| ());
     let built = builder.num_threads(threads).build();
     let built = built.map_err(|error| {
@@ -37,8 +39,8 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// The answer of some work on a number of threads, without the interpreter's lock. An interrupt ends the call at once;
-/// the work itself, which cannot be stopped, ends unheard.
+/// The answer of some work on a number of threads, without the interpreter's lock. An interrupt
+/// ends the call at once; the work itself, which cannot be stopped, ends unheard.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,

@@ -323,7 +323,8 @@ impl Surface {
 }
 
 impl Surface {
-    /// Finds the field of the sources and asks it about the points `to`, or about all rows without them.
+    /// Finds the field of the sources and asks it about the points `to`, or about all rows without
+    /// them.
     fn of_field<T: Send + 'static>(
         &self,
         py: Python<'_>,

@@ -6,12 +6,13 @@ use std::process::{Command, ExitCode, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// An input that takes this long on the clock is taken to run for ever. What inputs must keep to is a
-/// limit of CPU time, which `taut_fuzz::run` checks.
+/// An input that takes this long on the clock is taken to run for ever. What inputs must keep to is
+/// a limit of CPU time, which `taut_fuzz::run` checks.
 const SECONDS: u32 = 300;
 /// No input may take more memory.
 const MEGABYTES: u32 = 1024;
-/// Megabytes of freed memory that the address sanitizer keeps from being used again, to be left to the input.
+/// Megabytes of freed memory that the address sanitizer keeps from being used again, to be left to
+/// the input.
 const QUARANTINE: &str = "quarantine_size_mb=64:detect_leaks=0";
 const MEMORY: &str = "/dev/shm";
 /// Bytes of the longest inputs.
@@ -119,7 +120,8 @@ struct Toolchain {
 }
 
 impl Toolchain {
-    /// The nightly one where there is one, else the stable one told to take unstable options, which sanitizers are.
+    /// The nightly one where there is one, else the stable one told to take unstable options, which
+    /// sanitizers are.
     fn find() -> Self {
         let nightly = "+nightly";
         let mut version = Command::new("cargo");

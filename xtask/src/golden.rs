@@ -78,7 +78,8 @@ impl Bench {
         Ok(Self { program, folder })
     }
 
-    /// Runs a job. Its outputs are the exit code, what it says, and every file that is new or has changed.
+    /// Runs a job. Its outputs are the exit code, what it says, and every file that is new or has
+    /// changed.
     fn sums(&self, job: &Job, known: &mut BTreeMap<String, String>) -> Result<Vec<Sum>, String> {
         let output = Command::new(&self.program)
             .args(job.arguments.split_whitespace())

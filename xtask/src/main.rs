@@ -1,6 +1,6 @@
 //! Project chores: `cargo xtask test` runs everything that must pass, `cargo xtask fuzz` looks for
-//! inputs that fail, `cargo xtask golden` tells whether a change altered an answer, and `cargo xtask
-//! arrows` whether modules use only what they may.
+//! inputs that fail, `cargo xtask golden` tells whether a change altered an answer, and `cargo
+//! xtask arrows` whether modules use only what they may.
 
 mod arrows;
 mod fuzz;

@@ -12,7 +12,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Makes the environment, or says why it cannot be made: no Python with `venv`, or a pip that finds no packages.
+    /// Makes the environment, or says why it cannot be made: no Python with `venv`, or a pip that
+    /// finds no packages.
     pub fn make() -> Result<Self, String> {
         let folder = target().join("environment");
         let environment = Self { folder };

@@ -88,7 +88,8 @@ fn steps(picture: &Path) -> Vec<Step> {
     steps
 }
 
-/// The package built into its environment, its tests with those in the documentation, and its types.
+/// The package built into its environment, its tests with those in the documentation, and its
+/// types.
 fn python_steps(environment: &Environment) -> [Step; 3] {
     let in_environment = |name, program, arguments| {
         let mut step = step(name, arguments);

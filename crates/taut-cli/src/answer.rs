@@ -28,9 +28,11 @@ pub struct Place {
     pub point: Vec<f64>,
     /// How far the end was moved onto the surface.
     pub moved: f64,
-    /// How far the points lie from the surface there that it was fitted to, where it does not keep them.
+    /// How far the points lie from the surface there that it was fitted to, where it does not keep
+    /// them.
     pub farthest: Option<f64>,
-    /// How many spacings of the points that is, where it is more than points usually are off the surface.
+    /// How many spacings of the points that is, where it is more than points usually are off the
+    /// surface.
     pub off: Option<f64>,
 }
 

@@ -51,7 +51,8 @@ pub fn refused(law: &Implicit, flags: &str, error: Error) -> Failure {
     }
 }
 
-/// Samples the surface from `seeds`; the extent of `points` tells the scale where nothing else does.
+/// Samples the surface from `seeds`; the extent of `points` tells the scale where nothing else
+/// does.
 fn sampled<const D: usize>(
     law: &Implicit,
     points: &[&[f64]],

@@ -1,5 +1,6 @@
-//! The files that a command reads and writes, looked at before any work: an output that is an input would take the user's
-//! data away, one that is another output would take that away, and one that cannot be written would cost the work.
+//! The files that a command reads and writes, looked at before any work: an output that is an input
+//! would take the user's data away, one that is another output would take that away, and one that
+//! cannot be written would cost the work.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -49,7 +49,8 @@ impl Levels {
     /// The multiples of the interval below the largest value.
     pub fn rounds(&self) -> Vec<f64> {
         let (interval, highest) = (self.interval(), highest(&self.values));
-        // Of an interval below 1 the inverse is whole, and a quotient of whole numbers nearest to the fraction.
+        // Of an interval below 1 the inverse is whole, and a quotient of whole numbers nearest to
+        // the fraction.
         let multiple = |i: u32| match interval {
             ..1.0 => f64::from(i) / interval.recip().round(),
             _ => f64::from(i) * interval,

@@ -1,7 +1,7 @@
 //! Signals that end the process: what is unfinished goes first.
 
-/// Takes unfinished files away when the process is told to end, and lets writing beyond the largest size of a file that
-/// is allowed fail as on a full disk.
+/// Takes unfinished files away when the process is told to end, and lets writing beyond the largest
+/// size of a file that is allowed fail as on a full disk.
 #[cfg(unix)]
 pub fn watch() {
     use std::sync::Arc;

@@ -61,7 +61,8 @@ pub fn ends_of_sources(
     }
 }
 
-/// The sites in a file: of text (.txt) with one column more than it needs, each with the value that stands there.
+/// The sites in a file: of text (.txt) with one column more than it needs, each with the value that
+/// stands there.
 pub fn of_file(file: &Path, dimension: usize, progress: &Progress) -> Result<Vec<Site>, Failure> {
     progress.step(format!("reading {}", file.display()));
     if file.extension() != Some(OsStr::new("txt")) {

@@ -35,7 +35,8 @@ fn array(value: &serde_json::Value) -> Vec<f64> {
     numbers.map(|v| v.as_f64().expect("a number")).collect()
 }
 
-/// The tangent at the pole whose geodesic leads to a point, and where the geodesic goes there; unit vectors.
+/// The tangent at the pole whose geodesic leads to a point, and where the geodesic goes there; unit
+/// vectors.
 fn ways(point: &[f64; 3]) -> [[f64; 3]; 2] {
     let [x, y, z] = *point;
     let across = x.hypot(y);
@@ -43,7 +44,8 @@ fn ways(point: &[f64; 3]) -> [[f64; 3]; 2] {
     [[out[0], out[1], 0.0], [out[0] * z, out[1] * z, -across]]
 }
 
-/// A tangent at the pole, carried to a point in parallel: the part along the geodesic turns with it.
+/// A tangent at the pole, carried to a point in parallel: the part along the geodesic turns with
+/// it.
 fn carried(tangent: &[f64], point: &[f64; 3]) -> Vec<f64> {
     let [from, to] = ways(point);
     let along = dot(tangent, &from);

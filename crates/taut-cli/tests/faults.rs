@@ -1,5 +1,6 @@
-//! What may go wrong around the command: it is killed, told to stop, the disk is full, pipes are closed, bytes flip, two
-//! write the same. Nothing partial stands under a result's name, and nothing is left beside it.
+//! What may go wrong around the command: it is killed, told to stop, the disk is full, pipes are
+//! closed, bytes flip, two write the same. Nothing partial stands under a result's name, and
+//! nothing is left beside it.
 #![cfg(unix)]
 
 mod support;
@@ -153,7 +154,8 @@ fn a_full_disk_is_told_and_leaves_nothing() {
             "{told}"
         );
         for name in case.others() {
-            // Of several results those before the one that failed are whole; a matrix goes on with what is done.
+            // Of several results those before the one that failed are whole; a matrix goes on with
+            // what is done.
             let is_part = line.starts_with("matrix")
                 && blocks(&case.file(&format!("{}.journal", &name[..5]))) > 0;
             assert!(is_part || name == "out.npy", "{line}: {name} was left");

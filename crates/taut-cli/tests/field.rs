@@ -424,7 +424,8 @@ fn latitude(point: &[f64; 3]) -> f64 {
     point[2].asin().abs()
 }
 
-/// The vertices by coordinates and by rows, which are moved onto the surface and lie in it: both one source.
+/// The vertices by coordinates and by rows, which are moved onto the surface and lie in it: both
+/// one source.
 #[test]
 fn curves_are_sources() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -529,7 +530,8 @@ fn curves_that_are_none_are_refused() {
     }
 }
 
-/// A square with a wall across it but for a gap: the way leads through the gap, and slower ground costs more.
+/// A square with a wall across it but for a gap: the way leads through the gap, and slower ground
+/// costs more.
 #[test]
 fn costs_and_zones_turn_ways_aside() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -609,7 +611,8 @@ fn the_extent_of_an_equation_is_found() {
             "{row:?}"
         );
     }
-    // The second point lies on the other of two sheets without end, which nothing is known to connect.
+    // The second point lies on the other of two sheets without end, which nothing is known to
+    // connect.
     let output = field("x^2-y^2-z^2=1", &[[1.25, 0.75, 0.0], [-1.25, 0.75, 0.0]]);
     assert_eq!(code(&output), 6);
     let found = rows(text(&output.stdout), '\t');

@@ -1,4 +1,5 @@
-//! Outputs are looked at before any work: none takes an input's place, or another's, or cannot be written in the end.
+//! Outputs are looked at before any work: none takes an input's place, or another's, or cannot be
+//! written in the end.
 #![cfg(unix)]
 
 mod support;

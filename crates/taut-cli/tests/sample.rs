@@ -53,8 +53,8 @@ fn points_are_written_and_told_of() {
     assert!(std::fs::metadata(picture).expect("drawn").len() > 1000);
 }
 
-/// The six tips of the axes among other points of the sphere: from one of them the farthest is the opposite, then
-/// the others.
+/// The six tips of the axes among other points of the sphere: from one of them the farthest is the
+/// opposite, then the others.
 #[test]
 fn farthest_points_are_far_from_each_other() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -2,10 +2,11 @@
 //!
 //! `cargo run --release -p taut-compare --example truth -- torus:1,0.4 < pairs.txt`
 //!
-//! Each line holds the coordinates of both points, separated by blanks or commas; a length is printed for each, in the
-//! units of the points. Shapes: sphere:R (any dimension), spheroid:EQUATORIAL,POLAR (nearly round), torus:R,r,
-//! ellipsoid:a,b,c, flat-torus:R0,R1, rotations, cylinder:R, cone:HALF_ANGLE, hole:R, sheet (parameters of a roll).
-//! With a second argument LONGEST, torus and ellipsoid print every geodesic up to that length on the pair's line.
+//! Each line holds the coordinates of both points, separated by blanks or commas; a length is
+//! printed for each, in the units of the points. Shapes: sphere:R (any dimension),
+//! spheroid:EQUATORIAL,POLAR (nearly round), torus:R,r, ellipsoid:a,b,c, flat-torus:R0,R1,
+//! rotations, cylinder:R, cone:HALF_ANGLE, hole:R, sheet (parameters of a roll). With a second
+//! argument LONGEST, torus and ellipsoid print every geodesic up to that length on the pair's line.
 
 use std::error::Error;
 use std::io::{BufRead, stdin};

@@ -1,4 +1,5 @@
-//! Clouds to be honest on: smooth ones, ones with rims, and rough ones, each with the true distances from any of its points.
+//! Clouds to be honest on: smooth ones, ones with rims, and rough ones, each with the true
+//! distances from any of its points.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -144,8 +145,8 @@ impl Case {
         8.0 * self.spacing
     }
 
-    /// The pairs of points within 2 spacings of each other whose distances differ by more than the way between them and a
-    /// number of spacings.
+    /// The pairs of points within 2 spacings of each other whose distances differ by more than the
+    /// way between them and a number of spacings.
     pub fn jumps(&self, distances: &[f64], slack: f64) -> usize {
         let reach = 2.0 * self.spacing;
         let cell = |p: &[f64; 3]| p.map(|x| (x / reach).floor() as i64);
@@ -285,7 +286,8 @@ impl Case {
         }
     }
 
-    /// Two sheets 3 spacings apart, rows in turn on one and the other, with noise of a quarter of a spacing.
+    /// Two sheets 3 spacings apart, rows in turn on one and the other, with noise of a quarter of a
+    /// spacing.
     fn slab(count: usize, seed: u64) -> Self {
         let half = generate::plane_with_hole(count, 1.0, 0.0, seed);
         let spacing = (4.0 / (count / 2) as f64).sqrt();

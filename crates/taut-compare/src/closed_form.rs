@@ -1,9 +1,10 @@
-//! Distances that a formula gives. Points need not lie on the shape exactly: angles are what counts.
+//! Distances that a formula gives. Points need not lie on the shape exactly: angles are what
+//! counts.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Angle between two vectors of equal length, accurate for small angles and near π (Kahan 2006, "How futile are
-/// mindless assessments of roundoff", section 12).
+/// Angle between two vectors of equal length, accurate for small angles and near π (Kahan 2006,
+/// "How futile are mindless assessments of roundoff", section 12).
 fn angle(p: &[f64], q: &[f64]) -> f64 {
     let norm = |sign: f64| {
         p.iter()
@@ -20,8 +21,8 @@ pub fn sphere(radius: f64, p: &[f64], q: &[f64]) -> f64 {
     radius * angle(p, q)
 }
 
-/// Torus of two circles in R^4, (r0 cos a, r0 sin a, r1 cos b, r1 sin b): flat. The Clifford torus of the unit sphere
-/// has radii 1/√2.
+/// Torus of two circles in R^4, (r0 cos a, r0 sin a, r1 cos b, r1 sin b): flat. The Clifford torus
+/// of the unit sphere has radii 1/√2.
 pub fn flat_torus(radii: [f64; 2], p: &[f64; 4], q: &[f64; 4]) -> f64 {
     (radii[0] * angle(&p[..2], &q[..2])).hypot(radii[1] * angle(&p[2..], &q[2..]))
 }
@@ -47,8 +48,9 @@ pub fn cylinder(radius: f64, p: &[f64; 3], q: &[f64; 3]) -> f64 {
     (radius * angle(&p[..2], &q[..2])).hypot(p[2] - q[2])
 }
 
-/// Cone with its apex at the origin, opening along +z by `half_angle` radians from the axis: the unrolled sector, whose
-/// angle is below π for every pair of points, so that a geodesic meets the apex only where it begins or ends.
+/// Cone with its apex at the origin, opening along +z by `half_angle` radians from the axis: the
+/// unrolled sector, whose angle is below π for every pair of points, so that a geodesic meets the
+/// apex only where it begins or ends.
 pub fn cone(half_angle: f64, p: &[f64; 3], q: &[f64; 3]) -> f64 {
     let slant = |x: &[f64; 3]| Vector3::from(*x).norm();
     let (a, b) = (slant(p), slant(q));
@@ -65,7 +67,8 @@ pub fn sheet(p: &[f64; 2], q: &[f64; 2]) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
-/// Plane less the open disc of `radius` about the origin: straight, or tangent, arc, tangent. No point inside the disc.
+/// Plane less the open disc of `radius` about the origin: straight, or tangent, arc, tangent. No
+/// point inside the disc.
 pub fn plane_with_hole(radius: f64, p: &[f64; 2], q: &[f64; 2]) -> f64 {
     let (a, b) = (Vector2::from(*p), Vector2::from(*q));
     let chord = b - a;

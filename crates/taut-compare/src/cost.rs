@@ -14,8 +14,8 @@ pub fn linear_speed(rise: f64, p: Point, q: Point) -> f64 {
     (1.0 + (rise * distance(p, q)).powi(2) / (2.0 * speeds)).acosh() / rise
 }
 
-/// Cost per length `costs[0]` for y < 0 and the greater `costs[1]` beyond, from p with y < 0: by Snell's law the least
-/// over places of the crossing, a convex function of it.
+/// Cost per length `costs[0]` for y < 0 and the greater `costs[1]` beyond, from p with y < 0: by
+/// Snell's law the least over places of the crossing, a convex function of it.
 pub fn refraction(costs: [f64; 2], p: Point, q: Point) -> f64 {
     if q[1] <= 0.0 {
         return costs[0] * distance(p, q);
@@ -33,8 +33,8 @@ pub fn refraction(costs: [f64; 2], p: Point, q: Point) -> f64 {
     through(0.5 * (low + high))
 }
 
-/// A norm that need not be convex, given by its value for each unit vector: the cost of zigzags too, by the convex hull
-/// of its unit ball.
+/// A norm that need not be convex, given by its value for each unit vector: the cost of zigzags
+/// too, by the convex hull of its unit ball.
 pub struct Norm {
     corners: Vec<Point>,
 }
@@ -52,7 +52,8 @@ impl Norm {
         let left = |a: Point, b: Point, c: Point| {
             (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
         };
-        // From the corner farthest to the right, which is on the hull, round (Graham's scan; the ball is star-shaped).
+        // From the corner farthest to the right, which is on the hull, round (Graham's scan; the
+        // ball is star-shaped).
         let first = (0..count).max_by(|a, b| ball[*a][0].total_cmp(&ball[*b][0]));
         let first = first.unwrap_or(0);
         let mut corners: Vec<Point> = Vec::new();
@@ -81,14 +82,16 @@ impl Norm {
     }
 }
 
-/// Walls |y| <= `half` but for a gap between two x: the shortest way from y < -half, round the gap's corners.
+/// Walls |y| <= `half` but for a gap between two x: the shortest way from y < -half, round the
+/// gap's corners.
 pub fn wall_with_gap(half: f64, gap: [f64; 2], p: Point, q: Point) -> f64 {
     let corners: Vec<Point> = [-half, half]
         .into_iter()
         .flat_map(|y| gap.map(|x| [x, y]))
         .collect();
     let sees = |a: Point, b: Point| {
-        // Where the segment is within the wall it must be within the gap: linear, so at both ends of that part.
+        // Where the segment is within the wall it must be within the gap: linear, so at both ends
+        // of that part.
         let rise = b[1] - a[1];
         let at = |y: f64| ((y - a[1]) / rise).clamp(0.0, 1.0);
         let ends = if rise == 0.0 {

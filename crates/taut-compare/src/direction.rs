@@ -36,7 +36,8 @@ impl Geodesic {
     }
 }
 
-/// Error of a logarithm's position over its distance, and of the transport's angle in radians, where there is one.
+/// Error of a logarithm's position over its distance, and of the transport's angle in radians,
+/// where there is one.
 #[must_use]
 pub fn errors(
     found: &Logarithm<3>,

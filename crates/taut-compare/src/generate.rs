@@ -1,4 +1,5 @@
-//! Seeded points on shapes: uniform by area, the same on every machine and with any number of threads.
+//! Seeded points on shapes: uniform by area, the same on every machine and with any number of
+//! threads.
 
 use std::f64::consts::{PI, TAU};
 
@@ -110,7 +111,8 @@ pub fn ellipsoid(count: usize, semi_axes: [f64; 3], seed: u64) -> Vec<[f64; 3]> 
         .collect()
 }
 
-/// Points of a star-shaped surface; `most` bounds its area for a solid angle, r^2 / cos of the angle between ray and normal.
+/// Points of a star-shaped surface; `most` bounds its area for a solid angle, r^2 / cos of the
+/// angle between ray and normal.
 pub fn star_shaped(count: usize, shape: &StarShaped, most: f64, seed: u64) -> Vec<[f64; 3]> {
     let mut random = generator(seed);
     let draw = |random: &mut Pcg64| {
@@ -143,8 +145,8 @@ pub fn cylinder(count: usize, radius: f64, height: f64, seed: u64) -> Sample<3> 
     })
 }
 
-/// Cone with apex at the origin, `half_angle` from the +z axis; parameters are the angle and the distance from the
-/// apex, up to `slant`.
+/// Cone with apex at the origin, `half_angle` from the +z axis; parameters are the angle and the
+/// distance from the apex, up to `slant`.
 pub fn cone(count: usize, half_angle: f64, slant: f64, seed: u64) -> Sample<3> {
     let parameters = |random: &mut Pcg64| {
         [
@@ -193,7 +195,8 @@ pub fn rotations(count: usize, seed: u64) -> Vec<[f64; 9]> {
     sphere(count, 1.0, seed).into_iter().map(rotation).collect()
 }
 
-/// Square [-half_side, half_side]² in the plane z = 0 less the disc of `radius` about the origin; parameters x and y.
+/// Square [-half_side, half_side]² in the plane z = 0 less the disc of `radius` about the origin;
+/// parameters x and y.
 pub fn plane_with_hole(count: usize, half_side: f64, radius: f64, seed: u64) -> Sample<3> {
     let parameters = |random: &mut Pcg64| {
         loop {
@@ -206,7 +209,8 @@ pub fn plane_with_hole(count: usize, half_side: f64, radius: f64, seed: u64) -> 
     sample(count, seed, parameters, |[x, y]| [x, y, 0.0])
 }
 
-/// The part of the plane z = 0 within an outline inside [-half_side, half_side]²; parameters x and y.
+/// The part of the plane z = 0 within an outline inside [-half_side, half_side]²; parameters x and
+/// y.
 pub fn plane(count: usize, outline: &Outline, half_side: f64, seed: u64) -> Sample<3> {
     let parameters = |random: &mut Pcg64| {
         loop {
@@ -219,7 +223,8 @@ pub fn plane(count: usize, outline: &Outline, half_side: f64, seed: u64) -> Samp
     sample(count, seed, parameters, |[x, y]| [x, y, 0.0])
 }
 
-/// Sphere about the origin whose density, exponential in z, is `ratio` times as high at one pole as at the other.
+/// Sphere about the origin whose density, exponential in z, is `ratio` times as high at one pole as
+/// at the other.
 pub fn uneven_sphere(count: usize, radius: f64, ratio: f64, seed: u64) -> Vec<[f64; 3]> {
     let mut random = generator(seed);
     let draw = |random: &mut Pcg64| {
@@ -233,8 +238,9 @@ pub fn uneven_sphere(count: usize, radius: f64, ratio: f64, seed: u64) -> Vec<[f
     (0..count).map(|_| draw(&mut random)).collect()
 }
 
-/// Sheet rolled up along the spiral of Archimedes r = inner_radius + gap θ / 2π, of width 1 along z. Its parameters are
-/// u, arc length along the spiral from 0 to [`Roll::length`], and v = z from 0 to 1: an isometry.
+/// Sheet rolled up along the spiral of Archimedes r = inner_radius + gap θ / 2π, of width 1 along
+/// z. Its parameters are u, arc length along the spiral from 0 to [`Roll::length`], and v = z from
+/// 0 to 1: an isometry.
 #[derive(Clone, Copy, Debug)]
 pub struct Roll {
     /// Radius at the inner end.
@@ -261,7 +267,8 @@ impl Roll {
         self.arc(self.inner_radius + self.gap * self.turns) - self.arc(self.inner_radius)
     }
 
-    /// Radius where the arc length from the inner end is `u`: Newton on a convex function, from above.
+    /// Radius where the arc length from the inner end is `u`: Newton on a convex function, from
+    /// above.
     fn radius(&self, u: f64) -> f64 {
         let b = self.growth();
         let wanted = u + self.arc(self.inner_radius);
@@ -312,7 +319,8 @@ impl Roll {
     }
 }
 
-/// The points moved by normal deviates of standard deviation `sigma` along `direction(row)`, a unit vector.
+/// The points moved by normal deviates of standard deviation `sigma` along `direction(row)`, a unit
+/// vector.
 pub fn noise<const D: usize>(
     points: &[[f64; D]],
     sigma: f64,

@@ -1,17 +1,19 @@
-//! Gragg's extrapolation of the modified midpoint rule, order 10, adaptive step (Hairer, Nørsett & Wanner, "Solving
-//! Ordinary Differential Equations I", section II.9).
+//! Gragg's extrapolation of the modified midpoint rule, order 10, adaptive step (Hairer, Nørsett &
+//! Wanner, "Solving Ordinary Differential Equations I", section II.9).
 
 use nalgebra::SVector;
 
 /// Position, velocity and Jacobi field of a geodesic; the layout belongs to the surface.
 pub type State = SVector<f64, 8>;
 
-/// Extrapolations a step. With 6 to 8 rounding is magnified more, and the result over long geodesics is worse.
+/// Extrapolations a step. With 6 to 8 rounding is magnified more, and the result over long
+/// geodesics is worse.
 const COLUMNS: usize = 5;
 /// Bound on the estimated error of a step, relative to 1 + |component|.
 const STEP_TOLERANCE: f64 = 2e-15;
 
-/// The state after `length`, from `state`, for y' = `derivative`(y). `step` is the first step to try.
+/// The state after `length`, from `state`, for y' = `derivative`(y). `step` is the first step to
+/// try.
 pub fn integrate(
     derivative: impl Fn(&State) -> State,
     mut state: State,

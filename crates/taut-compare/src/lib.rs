@@ -1,5 +1,5 @@
-//! Truth for tests and benchmarks: geodesic distances that share no code and no formulation with the solvers they
-//! judge, and the seeded points to measure on.
+//! Truth for tests and benchmarks: geodesic distances that share no code and no formulation with
+//! the solvers they judge, and the seeded points to measure on.
 //!
 //! - [`generate`]: points on shapes, noise, outliers;
 //! - [`cases`]: clouds of many kinds with the distances from any of their points, to ask for honesty on;

@@ -1,7 +1,9 @@
-//! Shortest ways in a part of the plane with a polygonal edge, by its visibility graph (T. Lozano-Pérez, M. A. Wesley,
-//! Communications of the ACM 22, 1979): straight between corners that see each other.
+//! Shortest ways in a part of the plane with a polygonal edge, by its visibility graph (T.
+//! Lozano-Pérez, M. A. Wesley, Communications of the ACM 22, 1979): straight between corners that
+//! see each other.
 
-/// A part of the plane: what lies inside an odd number of rings. Rings are closed polygons that do not meet.
+/// A part of the plane: what lies inside an odd number of rings. Rings are closed polygons that do
+/// not meet.
 #[derive(Clone, Debug)]
 pub struct Outline {
     /// The corners of each ring in order.
@@ -85,8 +87,8 @@ impl Outline {
         self.rings.iter().flat_map(of_ring).collect()
     }
 
-    /// Whether the straight way between two points, inside or at corners, stays inside. It must not pass a
-    /// corner on the way.
+    /// Whether the straight way between two points, inside or at corners, stays inside. It must not
+    /// pass a corner on the way.
     pub fn sees(&self, p: [f64; 2], q: [f64; 2]) -> bool {
         let middle = [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
         let crosses = |[a, b]: [[f64; 2]; 2]| {

@@ -1,4 +1,5 @@
-//! Ellipsoids of revolution by the series of C. F. F. Karney, "Algorithms for geodesics", J. Geodesy 87 (2013).
+//! Ellipsoids of revolution by the series of C. F. F. Karney, "Algorithms for geodesics", J.
+//! Geodesy 87 (2013).
 
 use geographiclib_rs::{Geodesic, InverseGeodesic};
 
@@ -10,10 +11,11 @@ pub struct Spheroid {
 }
 
 impl Spheroid {
-    /// Semi-axes across and along the z axis. The series is cut off at order 6 in the flattening
-    /// f = 1 - polar / equatorial. Largest difference from shooting over 200 random pairs, relative to the equatorial
-    /// semi-axis: 4e-15 for |f| up to 0.02, 7e-13 at 0.05, 1e-10 at 0.1, 2e-8 at 0.2, 6e-5 at 0.5. Shoot on an
-    /// [`Ellipsoid`](crate::surface::Ellipsoid) where that is not enough.
+    /// Semi-axes across and along the z axis. The series is cut off at order 6 in the flattening f
+    /// = 1 - polar / equatorial. Largest difference from shooting over 200 random pairs, relative
+    /// to the equatorial semi-axis: 4e-15 for |f| up to 0.02, 7e-13 at 0.05, 1e-10 at 0.1, 2e-8 at
+    /// 0.2, 6e-5 at 0.5. Shoot on an [`Ellipsoid`](crate::surface::Ellipsoid) where that is not
+    /// enough.
     pub fn new(equatorial: f64, polar: f64) -> Self {
         let series = Geodesic::new(1.0, 1.0 - polar / equatorial);
         Spheroid {

@@ -1,8 +1,10 @@
-//! Every geodesic between two points, by shooting: a fan of directions fine enough that no cell of it is wider than
-//! the surface's radius of curvature, then Newton on (direction, length) for each ray that passes the target.
+//! Every geodesic between two points, by shooting: a fan of directions fine enough that no cell of
+//! it is wider than the surface's radius of curvature, then Newton on (direction, length) for each
+//! ray that passes the target.
 //!
-//! Over 1000 random pairs on the torus (1, 0.4) and on the ellipsoid (3, 2, 1) the lengths from either end differ by
-//! 3e-15 and 1e-14 at most. A pair takes some 20 ms, nearly all of it for the fan: one [`Fan`] serves many targets.
+//! Over 1000 random pairs on the torus (1, 0.4) and on the ellipsoid (3, 2, 1) the lengths from
+//! either end differ by 3e-15 and 1e-14 at most. A pair takes some 20 ms, nearly all of it for the
+//! fan: one [`Fan`] serves many targets.
 
 use std::f64::consts::PI;
 
@@ -17,7 +19,8 @@ const RAY_GAP: f64 = 0.2;
 const RAY_STEP: f64 = 0.05;
 /// Steps of a ray between two samples kept.
 const STRIDE: usize = 4;
-/// A ray that misses the target by less than this many reaches is tried even where neighbouring rays meet (J = 0).
+/// A ray that misses the target by less than this many reaches is tried even where neighbouring
+/// rays meet (J = 0).
 const CAUSTIC_MARGIN: f64 = 0.05;
 const FIRST_RAYS: usize = 128;
 const NARROWEST: f64 = 1e-7;
@@ -33,7 +36,8 @@ pub struct Geodesic {
     pub arrival: [f64; 3],
     /// Distance from the end of the shot geodesic to the target, in the surface's units.
     pub residual: f64,
-    /// Jacobi field at the end, J(0) = 0, J'(0) = 1: the length moves sideways by J for a radian of direction.
+    /// Jacobi field at the end, J(0) = 0, J'(0) = 1: the length moves sideways by J for a radian of
+    /// direction.
     pub jacobi: f64,
     /// No conjugate point on the way: a local minimum of length.
     pub stable: bool,
@@ -45,8 +49,8 @@ pub fn shoot(surface: &impl Surface, p: [f64; 3], direction: [f64; 3], length: f
     surface.position(&arrive(surface, start, length)).into()
 }
 
-/// All geodesics from `p` to `q` up to `longest`, shortest first. Mirror images of equal length are listed each; of a
-/// continuous family (antipodes of a sphere) some members are.
+/// All geodesics from `p` to `q` up to `longest`, shortest first. Mirror images of equal length are
+/// listed each; of a continuous family (antipodes of a sphere) some members are.
 pub fn geodesics(surface: &impl Surface, p: [f64; 3], q: [f64; 3], longest: f64) -> Vec<Geodesic> {
     Fan::new(surface, p, longest).geodesics(q, longest)
 }
@@ -86,7 +90,8 @@ struct Sample {
 }
 
 impl<'a, S: Surface> Fan<'a, S> {
-    /// Rays of at least `longest`, bisected until neighbours are close. Memory grows with their length and divergence.
+    /// Rays of at least `longest`, bisected until neighbours are close. Memory grows with their
+    /// length and divergence.
     pub fn new(surface: &'a S, p: [f64; 3], longest: f64) -> Self {
         let origin = surface.position(&surface.start(&p.into(), &any_tangent(surface, &p.into())));
         let first = any_tangent(surface, &origin);
@@ -112,7 +117,8 @@ impl<'a, S: Surface> Fan<'a, S> {
         fan
     }
 
-    /// All geodesics to `q` up to `longest`, shortest first; `longest` must not exceed that of the fan.
+    /// All geodesics to `q` up to `longest`, shortest first; `longest` must not exceed that of the
+    /// fan.
     pub fn geodesics(&self, q: [f64; 3], longest: f64) -> Vec<Geodesic> {
         let q = Vector3::from(q);
         let reach = self.surface.reach();
@@ -137,8 +143,8 @@ impl<'a, S: Surface> Fan<'a, S> {
         result
     }
 
-    /// The length of the shortest geodesic to `q`, if that is not longer than `longest`: as [`geodesics`](Self::geodesics),
-    /// but that only the shortest is followed to the last digits.
+    /// The length of the shortest geodesic to `q`, if that is not longer than `longest`: as
+    /// [`geodesics`](Self::geodesics), but that only the shortest is followed to the last digits.
     pub fn distance(&self, q: [f64; 3], longest: f64) -> Option<f64> {
         let q = Vector3::from(q);
         let mut rough: Vec<(f64, f64)> = Vec::new();

@@ -10,10 +10,11 @@ use crate::gragg::State;
 /// Component of a state that holds the Jacobi field J with J(0) = 0, J'(0) = 1; J' is the next one.
 pub(crate) const JACOBI: usize = 6;
 
-/// A closed surface in space with the equation of its unit-speed geodesics. Sizes should be near 1: tolerances are
-/// absolute.
+/// A closed surface in space with the equation of its unit-speed geodesics. Sizes should be near 1:
+/// tolerances are absolute.
 pub trait Surface: Sync {
-    /// State at the point of the surface nearest to `point`, heading along the tangential part of `direction`.
+    /// State at the point of the surface nearest to `point`, heading along the tangential part of
+    /// `direction`.
     fn start(&self, point: &Vector3<f64>, direction: &Vector3<f64>) -> State;
     /// Derivative of the state by arc length, the scalar Jacobi equation J'' + K J = 0 included.
     fn derivative(&self, state: &State) -> State;
@@ -118,8 +119,8 @@ impl Surface for Torus {
     }
 }
 
-/// Ellipsoid x²/a² + y²/b² + z²/c² = 1 with any semi-axes, in space: x'' = -(x' H x' / |g|²) g with g = H x, so no
-/// coordinate is singular. State: x, x', J, J'.
+/// Ellipsoid x²/a² + y²/b² + z²/c² = 1 with any semi-axes, in space: x'' = -(x' H x' / |g|²) g with
+/// g = H x, so no coordinate is singular. State: x, x', J, J'.
 #[derive(Clone, Copy, Debug)]
 pub struct Ellipsoid {
     /// a, b, c
@@ -206,7 +207,8 @@ impl Surface for Ellipsoid {
             let (sin, cos) = (angle * i as f64 / CHORDS as f64).sin_cos();
             (from * cos + aside * sin).component_mul(&axes)
         };
-        // 0.1 % more than the chords: an arc of π in 128 parts is at most 2.6e-5 longer, times the axis ratio.
+        // 0.1 % more than the chords: an arc of π in 128 parts is at most 2.6e-5 longer, times the
+        // axis ratio.
         1.001 * (0..CHORDS).map(|i| (at(i + 1) - at(i)).norm()).sum::<f64>()
     }
 }
@@ -214,8 +216,8 @@ impl Surface for Ellipsoid {
 /// A number with its first and second derivatives by the coordinates of space.
 pub type Dual = Dual2SVec64<3>;
 
-/// A surface round the origin that every ray from there meets once, in space: |x| = radius(x / |x|). Derivatives are
-/// those of dual numbers. State: x, x', J, J'.
+/// A surface round the origin that every ray from there meets once, in space: |x| = radius(x /
+/// |x|). Derivatives are those of dual numbers. State: x, x', J, J'.
 #[derive(Clone, Copy, Debug)]
 pub struct StarShaped {
     /// The distance from the origin in a direction of unit length.
@@ -256,7 +258,8 @@ impl Surface for StarShaped {
         let (gradient, hessian) = self.derivatives(&x);
         let steepness = gradient.norm_squared();
         let bend = gradient * (-t.dot(&(hessian * t)) / steepness);
-        // Gauss curvature of a level set: the gradient's quadratic form of the adjugate of the Hessian.
+        // Gauss curvature of a level set: the gradient's quadratic form of the adjugate of the
+        // Hessian.
         let column = |i: usize| Vector3::from(hessian.column(i));
         let (a, b, c) = (column(0), column(1), column(2));
         let adjugate = Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]);

@@ -161,7 +161,8 @@ fn clear_of_disc(a: [f64; 2], b: [f64; 2]) -> bool {
     })
 }
 
-/// Shortest of the paths straight to a point of the rim in sight, along the rim, and straight on, by search.
+/// Shortest of the paths straight to a point of the rim in sight, along the rim, and straight on,
+/// by search.
 fn strung(a: [f64; 2], b: [f64; 2]) -> f64 {
     let [from, to] = [a, b].map(|p| p[1].atan2(p[0]));
     let turn = (to - from + PI).rem_euclid(TAU) - PI;
@@ -214,7 +215,8 @@ fn roll_is_an_isometry() {
 
 #[test]
 fn samples_are_uniform_by_area() {
-    // The share of points with x > 0.9 (ellipsoid 3, 2, 1) and outside the tube's axis (torus) against quadrature.
+    // The share of points with x > 0.9 (ellipsoid 3, 2, 1) and outside the tube's axis (torus)
+    // against quadrature.
     let axes = [3.0, 2.0, 1.0];
     let points = generate::ellipsoid(40_000, axes, 5);
     let found = points.iter().filter(|p| p[0] > 0.9).count() as f64 / 40_000.0;

@@ -300,7 +300,8 @@ fn ways_from_curves_bend_round_a_hole() {
     assert!(found.covered > 0.9);
 }
 
-/// The lines about a straight edge are stadiums, also where they lie between it and the points beside it.
+/// The lines about a straight edge are stadiums, also where they lie between it and the points
+/// beside it.
 #[test]
 fn isolines_about_an_edge() {
     let (_, points) = flat();

@@ -23,7 +23,8 @@ fn geodesics<const D: usize>(points: &[[f64; D]], dimension: usize) -> Geodesics
     Geodesics::of_atlas(Atlas::new(cloud, dimension).expect("a surface"))
 }
 
-/// Means of the errors of position and transport, and the share of positions within their estimates.
+/// Means of the errors of position and transport, and the share of positions within their
+/// estimates.
 fn judged(points: &[[f64; 3]], truth: &[(usize, Geodesic)]) -> [f64; 3] {
     let geodesics = geodesics(points, 2);
     let fields = Fields::of_cloud(&geodesics).expect("fields");
@@ -84,7 +85,8 @@ fn logarithms_on_the_torus() {
     assert!(covered > 0.95, "{covered}");
 }
 
-/// The geodesic from row 0 along a vector: its end, the vector's tangential part, and that carried to the end.
+/// The geodesic from row 0 along a vector: its end, the vector's tangential part, and that carried
+/// to the end.
 fn shot<const D: usize>(
     points: &[[f64; D]],
     dimension: usize,

@@ -39,7 +39,8 @@ fn field(
     (field, values)
 }
 
-/// Mean and largest relative error, and the share of errors within their estimates, of rows farther than `near`.
+/// Mean and largest relative error, and the share of errors within their estimates, of rows farther
+/// than `near`.
 fn judged(values: &[Value<3>], truth: &[(usize, f64)], near: f64) -> [f64; 3] {
     let (mut sum, mut most, mut covered, mut count) = (0.0, 0.0_f64, 0.0, 0.0);
     for (row, truth) in truth.iter().filter(|(_, truth)| *truth >= near) {
@@ -94,7 +95,8 @@ fn torus() {
     assert!(covered > 0.98, "{covered}");
 }
 
-/// Surfaces whose rays draw together unevenly, to caustics: where those are, jets must not be carried past them.
+/// Surfaces whose rays draw together unevenly, to caustics: where those are, jets must not be
+/// carried past them.
 #[test]
 fn beside_caustics_fields_neither_jump_nor_fall_short() {
     for (name, seed) in [("ellipsoid", 5), ("wavy", 6), ("peanut", 5)] {
@@ -144,7 +146,8 @@ fn fields_err_by_what_they_claim() {
     }
 }
 
-/// Where a cloud ends is known to a spacing: paths that pass a rough rim say what the way round its dents may add.
+/// Where a cloud ends is known to a spacing: paths that pass a rough rim say what the way round its
+/// dents may add.
 #[test]
 fn paths_past_a_hole_err_by_what_they_claim() {
     let case = Case::new("hole", 20_000, 41).expect("a case");
@@ -264,7 +267,8 @@ fn same_bits_on_one_and_two_threads() {
     assert!(one == two);
 }
 
-/// Behind a hole rays bend round it: distances are as good as the points know where it is, and say so.
+/// Behind a hole rays bend round it: distances are as good as the points know where it is, and say
+/// so.
 #[test]
 fn rays_bend_round_a_hole() {
     let sample = generate::plane_with_hole(10_000, 1.0, 0.4, 1);
@@ -285,7 +289,8 @@ fn rays_bend_round_a_hole() {
     assert!(covered > 0.95, "{covered}");
 }
 
-/// Round sharp corners, which points leave uncertain by two or three spacings; nothing crosses a notch.
+/// Round sharp corners, which points leave uncertain by two or three spacings; nothing crosses a
+/// notch.
 #[test]
 fn fields_go_round_notches() {
     let outline = Outline::notches();
@@ -348,8 +353,8 @@ fn outliers_and_uneven_density() {
     }
 }
 
-/// An outlier has the distance of its foot, and says how far it lies off. A value that stands for missing data is such a
-/// point too.
+/// An outlier has the distance of its foot, and says how far it lies off. A value that stands for
+/// missing data is such a point too.
 #[test]
 fn outliers_themselves_say_how_far_off_they_lie() {
     for seed in [31, 32] {

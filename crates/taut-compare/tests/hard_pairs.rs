@@ -1,5 +1,6 @@
-//! Pairs whose ends are nearly conjugate or that several ways join of nearly the same length, against Karney's algorithm, shooting
-//! and closed forms: each gets the shortest way, and says so where that is proven.
+//! Pairs whose ends are nearly conjugate or that several ways join of nearly the same length,
+//! against Karney's algorithm, shooting and closed forms: each gets the shortest way, and says so
+//! where that is proven.
 
 use std::f64::consts::PI;
 
@@ -54,7 +55,8 @@ fn noise(i: usize) -> f64 {
     (12.9898 * (i as f64 + 0.5)).sin() * 43758.5453 % 1.0
 }
 
-/// Points of an ellipsoid, each with one near its opposite, between 1e-5 and 0.3 of the axes from it.
+/// Points of an ellipsoid, each with one near its opposite, between 1e-5 and 0.3 of the axes from
+/// it.
 fn nearly_opposite(axes: [f64; 3], count: usize, seed: u64) -> Vec<[Vector<3>; 2]> {
     let points = generate::ellipsoid(count, axes, seed);
     let pair = |(i, point): (usize, &[f64; 3])| {

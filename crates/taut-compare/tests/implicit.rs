@@ -1,4 +1,5 @@
-//! Surfaces given by equations: layers near each other, extents, many dimensions, and what stays unknown.
+//! Surfaces given by equations: layers near each other, extents, many dimensions, and what stays
+//! unknown.
 
 use taut_compare::generate::{self, Roll};
 use taut_compare::{closed_form, generate::Sample};
@@ -46,7 +47,8 @@ fn expect(path: &Path<3>, truth: f64) {
     assert!(error <= path.length_error + 1e-13, "{error:e}");
 }
 
-/// The roll of an equation, sampled from two of its points; with random points and where they lie on its sheet.
+/// The roll of an equation, sampled from two of its points; with random points and where they lie
+/// on its sheet.
 fn roll(gap: f64, points: usize, seed: u64) -> (Ready<3, Shape>, Sample<3>) {
     let roll = Roll {
         inner_radius: 0.3,
@@ -165,7 +167,8 @@ fn surfaces_without_end_are_said_to_be() {
     let across = path(&geodesics, [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
     assert_eq!(across.status, Status::Unknown);
     assert!(across.length.is_nan());
-    // A field on the one sheet is none the coarser for it; the meridian is a hyperbola, its length by the midpoint rule.
+    // A field on the one sheet is none the coarser for it; the meridian is a hyperbola, its length
+    // by the midpoint rule.
     let fields = Fields::new(&geodesics);
     let node = |x: f64, y: f64| {
         let point = Vector::from([x, y, 0.0]);

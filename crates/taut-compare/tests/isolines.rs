@@ -58,7 +58,8 @@ fn worst(lines: &[Isoline<3>], truth: impl Fn(&[f64; 3]) -> f64) -> f64 {
     lines.iter().map(off).fold(0.0, f64::max)
 }
 
-/// Two circles that grow into each other: kinks on the bisector, where their fronts meet, and one line from then on.
+/// Two circles that grow into each other: kinks on the bisector, where their fronts meet, and one
+/// line from then on.
 #[test]
 fn lines_of_two_sources_meet_on_the_bisector() {
     let mut points = generate::sphere::<3>(10_000, 1.0, 1);

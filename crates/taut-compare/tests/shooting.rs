@@ -125,7 +125,8 @@ fn torus_circles_have_closed_forms() {
             (inner.unwrap().length - 0.6 * angle).abs() < 1e-13,
             "inner equator {angle}"
         );
-        // The outer equator is shortest up to its conjugate point, π √(r (R + r)) along it: an angle of 1.68.
+        // The outer equator is shortest up to its conjugate point, π √(r (R + r)) along it: an
+        // angle of 1.68.
         let outer = shortest(
             &TORUS,
             TORUS.point([0.3, 0.0]).into(),

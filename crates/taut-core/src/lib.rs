@@ -4,7 +4,8 @@
 //! [`correction`] pulls the guess taut; the [`result`] carries its error estimate and status.
 //!
 //! ```
-//! use taut_core::{Vector, cloud::Cloud, correction::Settings, geodesics::Geodesics, surface::atlas::Atlas};
+//! use taut_core::{Vector, cloud::Cloud, correction::Settings, geodesics::Geodesics,
+//! surface::atlas::Atlas};
 //!
 //! // 2000 points of the unit sphere, on a spiral; any rows of coordinates will do.
 //! let rows: Vec<f64> = (0..2000)

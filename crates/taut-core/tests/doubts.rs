@@ -1,4 +1,5 @@
-//! Claims on clouds with noise, outliers and close sheets against truth, and what is said where no claim can be made.
+//! Claims on clouds with noise, outliers and close sheets against truth, and what is said where no
+//! claim can be made.
 
 use std::f64::consts::TAU;
 
@@ -76,7 +77,8 @@ impl Claims {
     }
 }
 
-/// Claims of paths and fields between the first `inliers` points of the unit sphere, known by their directions.
+/// Claims of paths and fields between the first `inliers` points of the unit sphere, known by their
+/// directions.
 fn judge(points: &[[f64; 3]], inliers: usize, name: &str) -> Geodesics<3, Atlas<3>> {
     let geodesics = geodesics(points, 2);
     let node = |row: usize| geodesics.surface().node_of_row(row);

@@ -1,4 +1,5 @@
-//! Ends that share a place, or lie within rounding of each other: lengths of 0 and of next to nothing.
+//! Ends that share a place, or lie within rounding of each other: lengths of 0 and of next to
+//! nothing.
 
 use taut_core::cloud::Cloud;
 use taut_core::correction::{Scheme, Settings};

@@ -253,7 +253,8 @@ fn models_that_contradict_themselves_are_refused() {
         Some(0)
     );
     assert_eq!(refused(&|m| m.charts[4].sides[0] = i8::MIN), Some(4));
-    // What made fields on files of 8 KB take gigabytes: charts at one place, heights magnified, supports without end.
+    // What made fields on files of 8 KB take gigabytes: charts at one place, heights magnified,
+    // supports without end.
     assert_eq!(
         refused(&|m| m.charts.iter_mut().for_each(|c| c.origin.fill(1e-42))),
         Some(0)
@@ -314,7 +315,8 @@ fn distances(
         .collect()
 }
 
-/// Mean relative error, the share covered by the estimates (and `known`), and the worst error over its claim.
+/// Mean relative error, the share covered by the estimates (and `known`), and the worst error over
+/// its claim.
 fn judged(found: &[[f64; 3]], known: f64) -> [f64; 3] {
     let count = found.len() as f64;
     let off = |[distance, _, truth]: &[f64; 3]| (distance - truth).abs();
@@ -375,7 +377,8 @@ fn fields_on_models_are_true_to_the_surface() {
     }
 }
 
-/// A sheet of width 0.5 rolled up along r = b angle, layers 0.065 apart, on a jittered grid, with the place of each point on it.
+/// A sheet of width 0.5 rolled up along r = b angle, layers 0.065 apart, on a jittered grid, with
+/// the place of each point on it.
 fn roll() -> (Vec<[f64; 3]>, Vec<[f64; 2]>) {
     let b = 0.065 / TAU;
     let arc = |angle: f64| 0.5 * b * (angle * angle.hypot(1.0) + angle.asinh());

@@ -14,7 +14,8 @@ pub const PALETTE: [[u8; 3]; 6] = [
     [86, 180, 233],
 ];
 
-/// The colour of points that nothing else colours, and where those of levels begin: light must show on them.
+/// The colour of points that nothing else colours, and where those of levels begin: light must show
+/// on them.
 const PLAIN: [u8; 3] = [205, 209, 214];
 const DARKEST: f64 = 0.12;
 
@@ -69,7 +70,8 @@ pub struct Levels {
     pub interval: f64,
 }
 
-/// Colours that tell numbers apart, dark for the least and bright for the largest; grey where one is not finite.
+/// Colours that tell numbers apart, dark for the least and bright for the largest; grey where one
+/// is not finite.
 #[must_use]
 pub fn level_colours(values: &[f64]) -> Vec<[u8; 3]> {
     let finite = values.iter().copied().filter(|v| v.is_finite());
@@ -174,7 +176,8 @@ impl Scene {
         });
     }
 
-    /// Colours the points by a number and draws its isolines; points without a finite one stay grey.
+    /// Colours the points by a number and draws its isolines; points without a finite one stay
+    /// grey.
     pub fn show_levels(&mut self, levels: Levels) {
         self.colours = Colours::PerPoint(level_colours(&levels.values));
         self.levels = Some(levels);

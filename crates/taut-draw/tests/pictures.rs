@@ -106,7 +106,8 @@ fn a_smooth_surface_shows_no_grain() {
     }
 }
 
-/// Isolines of the height are parallels: between the poles the middle column crosses seven, evenly spaced.
+/// Isolines of the height are parallels: between the poles the middle column crosses seven, evenly
+/// spaced.
 #[test]
 fn isolines_lie_where_the_level_is_a_multiple() {
     let mut scene = bare_sphere(5000).unwrap();

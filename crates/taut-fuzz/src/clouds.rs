@@ -1,4 +1,5 @@
-//! Tiny clouds, 3 to 60 points of any kind, through everything: an answer or a refusal, and no answer without a number.
+//! Tiny clouds, 3 to 60 points of any kind, through everything: an answer or a refusal, and no
+//! answer without a number.
 
 use taut_core::cloud::Cloud;
 use taut_core::correction::Settings;
@@ -161,8 +162,8 @@ pub fn check_path(
     assert!(path.arc_length.is_sorted());
 }
 
-/// A field has a distance everywhere, which may be infinite, with an error. Only an outlier may have
-/// none, where it has no foot on the surface.
+/// A field has a distance everywhere, which may be infinite, with an error. Only an outlier may
+/// have none, where it has no foot on the surface.
 pub fn check_field(
     geodesics: &Geodesics<3, Atlas<3>>,
     from: &Node<3, ChartIndex>,

@@ -1,8 +1,9 @@
-//! What must hold for any input whatever: a target is a function of bytes that panics where it does not hold.
+//! What must hold for any input whatever: a target is a function of bytes that panics where it does
+//! not hold.
 //!
-//! `fuzz/` calls the targets with inputs that a fuzzer makes up, the tests of this crate with those kept in `fuzz/corpus`
-//! (well-formed ones, and others that reach far) and in `fuzz/found` (those that once failed), each in a folder by the
-//! target's name.
+//! `fuzz/` calls the targets with inputs that a fuzzer makes up, the tests of this crate with those
+//! kept in `fuzz/corpus` (well-formed ones, and others that reach far) and in `fuzz/found` (those
+//! that once failed), each in a folder by the target's name.
 
 #![expect(
     clippy::unwrap_used,
@@ -22,8 +23,8 @@ use std::time::Duration;
 
 use bytes::Bytes;
 
-/// No input may take more CPU time than this. The time that passes on the clock is not limited here,
-/// because it is long for any input when the machine is busy.
+/// No input may take more CPU time than this. The time that passes on the clock is not limited
+/// here, because it is long for any input when the machine is busy.
 const LONGEST: Duration = Duration::from_secs(10);
 
 /// Something to call with any bytes.
@@ -66,8 +67,8 @@ targets! {
 /// Calls the target of a name.
 ///
 /// # Panics
-/// Where what must hold does not, where the input takes more than ten seconds of CPU time, and where
-/// there is no such target.
+/// Where what must hold does not, where the input takes more than ten seconds of CPU time, and
+/// where there is no such target.
 pub fn run(name: &str, bytes: &[u8]) {
     let target = TARGETS.iter().find(|target| target.name == name);
     let target = target.expect("a target of this name");

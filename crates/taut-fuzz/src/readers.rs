@@ -47,7 +47,8 @@ pub fn npy(bytes: &[u8]) {
     check(Format::Npy, bytes, WRITTEN_OUT);
 }
 
-/// LAZ packs points that hardly differ into next to no bits, so a file says nothing of how many there are.
+/// LAZ packs points that hardly differ into next to no bits, so a file says nothing of how many
+/// there are.
 pub fn las(bytes: &[u8]) {
     check(Format::Las, bytes, usize::MAX);
     check_column(Format::Las, bytes, "intensity");

@@ -1,4 +1,5 @@
-//! Stored inputs: well-formed ones, those that a fuzzer found to reach far, and those that once failed.
+//! Stored inputs: well-formed ones, those that a fuzzer found to reach far, and those that once
+//! failed.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 

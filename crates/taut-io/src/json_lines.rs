@@ -10,7 +10,8 @@ use serde::de::DeserializeOwned;
 use crate::error::{Fault, ReadError, WriteError};
 use crate::write::write_whole;
 
-/// Writes a header and rows; the file appears only when it is complete. Numbers read back to the same bits.
+/// Writes a header and rows; the file appears only when it is complete. Numbers read back to the
+/// same bits.
 ///
 /// # Errors
 /// [`WriteError::Io`].

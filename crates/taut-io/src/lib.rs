@@ -1,13 +1,14 @@
 //! Readers of point clouds and writers of paths.
 //!
-//! [`read`] takes a file of any known [`Format`] and answers a [`PointSet`]: coordinates in `f64`, row-major, exactly as
-//! in the file. Faces, edges and colours are left out and said so in [`PointSet::notes`]. [`read_pairs`] reads the pairs
-//! of ends of a batch, [`read_sources`] the sources of a matrix. [`write_polylines`], [`write_points`] and [`write_table`]
-//! write by extension, through a temporary file that takes
-//! the place of the old one only when it is complete.
+//! [`read`] takes a file of any known [`Format`] and answers a [`PointSet`]: coordinates in `f64`,
+//! row-major, exactly as in the file. Faces, edges and colours are left out and said so in
+//! [`PointSet::notes`]. [`read_pairs`] reads the pairs of ends of a batch, [`read_sources`] the
+//! sources of a matrix. [`write_polylines`], [`write_points`] and [`write_table`] write by
+//! extension, through a temporary file that takes the place of the old one only when it is
+//! complete.
 //!
-//! Declared counts are compared with the file's length before memory is asked for, so that a malformed file is answered
-//! with a typed [`ReadError`] at once.
+//! Declared counts are compared with the file's length before memory is asked for, so that a
+//! malformed file is answered with a typed [`ReadError`] at once.
 //!
 //! ```
 //! let folder = tempfile::tempdir()?;

@@ -18,7 +18,8 @@ pub struct Numbers {
 
 /// Reads a text file whose lines all hold as many numbers as the first.
 ///
-/// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines are skipped.
+/// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines
+/// are skipped.
 ///
 /// # Errors
 /// [`ReadError`] where the file cannot be read, holds no number, or a line is not like the first.

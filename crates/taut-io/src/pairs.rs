@@ -17,14 +17,16 @@ pub enum Pairs {
     Coordinates {
         /// Number of coordinates of a point, at least 2.
         dimension: usize,
-        /// Row-major, pairs x (2 `dimension`): the first point's coordinates, then the second's, in the file's units.
+        /// Row-major, pairs x (2 `dimension`): the first point's coordinates, then the second's, in
+        /// the file's units.
         values: Vec<f64>,
     },
 }
 
 /// Reads pairs from a text file: two columns of row numbers, or 2d columns of coordinates.
 ///
-/// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines are skipped.
+/// White space, commas or semicolons separate the columns, `#` and `//` start comments, blank lines
+/// are skipped.
 ///
 /// # Errors
 /// [`ReadError`] where the file cannot be read, holds no pair, or a line is not like the first.

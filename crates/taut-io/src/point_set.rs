@@ -7,7 +7,8 @@ pub struct PointSet {
     pub dimension: usize,
     /// Row-major, rows x `dimension`, in the file's units; rows that are not finite are kept.
     pub coordinates: Vec<f64>,
-    /// Where the file has rows that were left out (class filter, points marked invalid): the file's row of each row here.
+    /// Where the file has rows that were left out (class filter, points marked invalid): the file's
+    /// row of each row here.
     pub rows_kept: Option<Vec<usize>>,
     /// Surface normals where the file has them, in the shape of `coordinates`.
     pub normals: Option<Vec<f64>>,

@@ -1,4 +1,5 @@
-//! Points of a surface, named by a file: coordinates, or row numbers of the file of the surface's points.
+//! Points of a surface, named by a file: coordinates, or row numbers of the file of the surface's
+//! points.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -18,7 +19,8 @@ pub enum Sources {
     Points(PointSet),
 }
 
-/// Reads points that a file names: row numbers where it is text of one column, or else points as [`read`] does.
+/// Reads points that a file names: row numbers where it is text of one column, or else points as
+/// [`read`] does.
 ///
 /// ```
 /// use taut_io::{Sources, read_sources};

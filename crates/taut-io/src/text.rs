@@ -38,8 +38,8 @@ pub(crate) fn too_long(line: usize) -> Fault {
     )
 }
 
-/// The lines of a text that carry content, one at a time: `#` starts a comment anywhere, `//` at a line's start; blank
-/// lines are left out, and so is a byte-order mark.
+/// The lines of a text that carry content, one at a time: `#` starts a comment anywhere, `//` at a
+/// line's start; blank lines are left out, and so is a byte-order mark.
 pub(crate) struct Lines<R> {
     source: R,
     text: String,
@@ -146,7 +146,8 @@ pub(crate) enum Separator {
 }
 
 impl Separator {
-    /// The separator of the row: semicolons before commas (which may be meant as decimal commas) before white space.
+    /// The separator of the row: semicolons before commas (which may be meant as decimal commas)
+    /// before white space.
     pub(crate) fn of(row: &str) -> Self {
         if row.contains(';') {
             Separator::Semicolon
@@ -165,7 +166,8 @@ impl Separator {
     }
 }
 
-/// The fields of a row, without the quotes and white space round them. One separator at the row's end is no field.
+/// The fields of a row, without the quotes and white space round them. One separator at the row's
+/// end is no field.
 pub(crate) struct Fields<'a> {
     separator: Separator,
     rest: Option<&'a str>,

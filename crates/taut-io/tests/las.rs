@@ -29,8 +29,8 @@ impl Random {
     }
 }
 
-/// A file with two undescribed extra bytes in each record, a record beside the points, wave forms from version 1.3 on,
-/// and two extended records in version 1.4.
+/// A file with two undescribed extra bytes in each record, a record beside the points, wave forms
+/// from version 1.3 on, and two extended records in version 1.4.
 struct Scan {
     bytes: Vec<u8>,
     /// One after the other.
@@ -222,8 +222,8 @@ fn check(file: &Path, minor: u8, format: u8, columns: &[Vec<f64>; 2]) {
     assert_eq!(contains(b"laszip encoded"), is_packed, "{}", file.display());
 }
 
-/// Writes every point format of every version from LAS and from LAZ into LAS and LAZ, all rows and some; answers the
-/// files, beside each of which lies one of its records as bytes.
+/// Writes every point format of every version from LAS and from LAZ into LAS and LAZ, all rows and
+/// some; answers the files, beside each of which lies one of its records as bytes.
 fn written(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let some: Vec<usize> = (0..ROWS).filter(|row| row % 3 == 1).collect();
@@ -308,7 +308,8 @@ fn every_point_format_and_version_is_read_back() {
     );
 }
 
-/// A Python with laspy and two libraries that unpack LAZ, one of which shares nothing with ours; or why there is none.
+/// A Python with laspy and two libraries that unpack LAZ, one of which shares nothing with ours; or
+/// why there is none.
 fn laspy() -> Result<PathBuf, String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("laspy");
     let python = folder.join(if cfg!(windows) {

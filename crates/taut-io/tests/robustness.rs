@@ -18,7 +18,8 @@ static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
         .collect()
 });
 
-/// Reads `bytes` as the format called `name`, for the sake of ending; the answer is checked for its shape.
+/// Reads `bytes` as the format called `name`, for the sake of ending; the answer is checked for its
+/// shape.
 fn feed(name: &str, bytes: &[u8]) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("input");
@@ -237,7 +238,8 @@ fn chunk_tables_that_end_too_soon_are_told() {
             .windows(name.len())
             .position(|word| word == name)
             .unwrap();
-        // Behind the record's reserved number and name: the rest of its header, then 12 bytes before the chunk size.
+        // Behind the record's reserved number and name: the rest of its header, then 12 bytes
+        // before the chunk size.
         let chunk_size = vlr - 2 + 54 + 12;
         bytes[chunk_size..chunk_size + 4].fill(0xff);
         bytes[107] = 0;
@@ -251,7 +253,8 @@ fn chunk_tables_that_end_too_soon_are_told() {
     }
 }
 
-/// Bits that say so many times that a GPS time belongs to another sequence: `symbol` of a model of so many.
+/// Bits that say so many times that a GPS time belongs to another sequence: `symbol` of a model of
+/// so many.
 fn endless(symbols: u32, symbol: u32, times: usize) -> Vec<u8> {
     let mut encoder = laz::encoders::ArithmeticEncoder::new(Vec::new());
     let mut builder = laz::models::ArithmeticModelBuilder::new(symbols);

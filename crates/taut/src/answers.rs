@@ -11,7 +11,8 @@ pub struct Path {
     pub length: f64,
     /// Estimated absolute error of the length against the geodesic of the same surface.
     pub length_error: f64,
-    /// Estimated absolute error that the surface adds, which was reconstructed from points; 0 for equations.
+    /// Estimated absolute error that the surface adds, which was reconstructed from points; 0 for
+    /// equations.
     pub surface_error: f64,
     /// Known to be the shortest path; `false` where that is not known.
     pub shortest: bool,
@@ -40,8 +41,8 @@ impl Path {
 /// Distances at some points, one value each in their order. Lengths are in the input's units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Distances {
-    /// From the nearest source: infinite where none leads to the point; not a number where the point has no place on
-    /// the surface, or where it is unknown whether a way leads there.
+    /// From the nearest source: infinite where none leads to the point; not a number where the
+    /// point has no place on the surface, or where it is unknown whether a way leads there.
     pub distance: Vec<f64>,
     /// Estimated absolute errors; not a number where the distance is none.
     pub error: Vec<f64>,
@@ -52,8 +53,8 @@ pub struct Distances {
 /// Logarithms of some points: the vectors at the sources whose geodesics lead there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Logarithms {
-    /// For each point two coordinates along the tangents of its source, in the input's units; not numbers where no
-    /// geodesic leads to the point or it has no place on the surface.
+    /// For each point two coordinates along the tangents of its source, in the input's units; not
+    /// numbers where no geodesic leads to the point or it has no place on the surface.
     pub vectors: Vec<[f64; 2]>,
     /// Estimated absolute errors of the ends of the vectors.
     pub error: Vec<f64>,
@@ -61,8 +62,8 @@ pub struct Logarithms {
     pub source: Vec<Option<u32>>,
     /// Of each source the two orthonormal tangents in which the vectors are given.
     pub tangents: Vec<[Vec<f64>; 2]>,
-    /// The tangents of the nearest source, carried in parallel along the geodesic to each point; not numbers where no
-    /// geodesic leads to the point or its last piece is not known.
+    /// The tangents of the nearest source, carried in parallel along the geodesic to each point;
+    /// not numbers where no geodesic leads to the point or its last piece is not known.
     pub transported: Vec<[Vec<f64>; 2]>,
 }
 
@@ -75,7 +76,8 @@ pub struct Shot {
     pub points: Vec<f64>,
     /// Length from the start to each point.
     pub arc_length: Vec<f64>,
-    /// Whether it was followed to its full length. If not, the surface ends, or is not known well enough to go on.
+    /// Whether it was followed to its full length. If not, the surface ends, or is not known well
+    /// enough to go on.
     pub complete: bool,
     /// Estimated absolute error of the end.
     pub error: f64,
@@ -96,7 +98,8 @@ pub struct Matrix {
     pub rows: usize,
     /// The number of targets.
     pub columns: usize,
-    /// Lengths: infinite where no path exists, not a number where that is unknown or an end has no place.
+    /// Lengths: infinite where no path exists, not a number where that is unknown or an end has no
+    /// place.
     pub lengths: Vec<f64>,
     /// Estimated absolute errors of the lengths, those of the surface included.
     pub errors: Vec<f64>,
@@ -115,7 +118,8 @@ pub struct Check {
     pub parts: Vec<usize>,
     /// Distance between neighbouring points, the median, where the surface was put through points.
     pub spacing: Option<f64>,
-    /// Median distance of points from the surface fitted without them: the noise, where there is some.
+    /// Median distance of points from the surface fitted without them: the noise, where there is
+    /// some.
     pub noise: Option<f64>,
     /// What speaks against all answers, in sentences.
     pub doubts: Vec<String>,

@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 /// A point of a surface: a row of the points that it was put through, or coordinates.
 ///
-/// Functions take anything that becomes an `End`: a row as a `usize`, coordinates as an array, a slice or a vector.
+/// Functions take anything that becomes an `End`: a row as a `usize`, coordinates as an array, a
+/// slice or a vector.
 #[derive(Clone, Debug, PartialEq)]
 pub enum End {
     /// A row of the points given, counted from 0.

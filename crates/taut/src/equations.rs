@@ -177,7 +177,8 @@ impl Implicit {
         (closed || points.iter().all(|point| region.holds(point))).then_some(region)
     }
 
-    /// The box where the surface is looked for: the one given, else the first of boxes ever larger where it is found.
+    /// The box where the surface is looked for: the one given, else the first of boxes ever larger
+    /// where it is found.
     ///
     /// # Errors
     /// As [`system`](Self::system).
@@ -227,7 +228,8 @@ impl Implicit {
             .collect())
     }
 
-    /// Samples the surface from `seeds`; the extent of `points` tells the scale where nothing else does.
+    /// Samples the surface from `seeds`; the extent of `points` tells the scale where nothing else
+    /// does.
     ///
     /// # Errors
     /// The engine's, where no seed lies near the surface or the equations leave no surface.

@@ -7,7 +7,8 @@ use crate::End;
 
 /// Why a surface cannot be made or a question cannot be answered.
 ///
-/// That no path exists, or that one did not converge, is no error: the [`Status`](crate::Status) of the path says it.
+/// That no path exists, or that one did not converge, is no error: the [`Status`](crate::Status) of
+/// the path says it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

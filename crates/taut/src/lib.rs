@@ -1,7 +1,7 @@
 //! Geodesics on point clouds and implicit surfaces, pulled taut to a tolerance that the user names.
 //!
-//! Everything is asked of a [`Surface`]. Ends are rows of the points given or coordinates; answers are in the
-//! coordinates and units of the input, and carry their estimated errors and a status.
+//! Everything is asked of a [`Surface`]. Ends are rows of the points given or coordinates; answers
+//! are in the coordinates and units of the input, and carry their estimated errors and a status.
 //!
 //! ```
 //! use taut::{FieldOptions, PathOptions, Surface};
@@ -48,7 +48,8 @@
 //! | where a geodesic leads | [`Surface::exp`] | |
 //! | is this cloud any good? | [`Surface::check`] | |
 //!
-//! What the engine itself offers beyond this door (costs, curves as sources, isolines, particles) is in [`taut_core`].
+//! What the engine itself offers beyond this door (costs, curves as sources, isolines, particles)
+//! is in [`taut_core`].
 
 #[cfg(feature = "surface")]
 mod answers;

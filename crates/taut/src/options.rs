@@ -5,7 +5,8 @@ use taut_core::{correction, field};
 /// How a surface is put through points.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CloudOptions {
-    /// The dimension of the surface: 2 unless given for points of two or three coordinates, and to be given for others.
+    /// The dimension of the surface: 2 unless given for points of two or three coordinates, and to
+    /// be given for others.
     pub dimension: Option<usize>,
 }
 
@@ -16,7 +17,8 @@ pub struct PathOptions {
     pub tolerance: f64,
     /// Most nodes of a path.
     pub most_nodes: usize,
-    /// Whether rays are shot to find out if the shortest path found is the shortest there is, some milliseconds a path.
+    /// Whether rays are shot to find out if the shortest path found is the shortest there is, some
+    /// milliseconds a path.
     pub prove_shortest: bool,
 }
 

@@ -1,8 +1,8 @@
 //! The dimension of space becomes a type.
 
-/// Calls a function with the smallest size of vectors that holds `dimension` coordinates; `$otherwise` makes an error
-/// of a number of coordinates that none holds. Each size costs a minute of compilation, and a padded coordinate costs
-/// a question some of its speed.
+/// Calls a function with the smallest size of vectors that holds `dimension` coordinates;
+/// `$otherwise` makes an error of a number of coordinates that none holds. Each size costs a minute
+/// of compilation, and a padded coordinate costs a question some of its speed.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_size {

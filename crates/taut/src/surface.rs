@@ -44,12 +44,12 @@ impl Surface {
 
     /// A smooth surface of any dimension through points, row-major: charts of polynomials, blended.
     ///
-    /// Rows with a value that is not finite, and rows absurdly far from all others, have no place on the surface. Rows
-    /// of the same coordinates count once.
+    /// Rows with a value that is not finite, and rows absurdly far from all others, have no place
+    /// on the surface. Rows of the same coordinates count once.
     ///
     /// # Errors
-    /// [`Error::RaggedRows`], [`Error::Coordinates`], [`Error::Dimension`], and [`Error::Engine`] where the points are
-    /// too few, all one, or span no surface of the dimension.
+    /// [`Error::RaggedRows`], [`Error::Coordinates`], [`Error::Dimension`], and [`Error::Engine`]
+    /// where the points are too few, all one, or span no surface of the dimension.
     ///
     /// O(n log n) time and O(n) memory in the points.
     pub fn from_cloud(
@@ -61,8 +61,9 @@ impl Surface {
         Self::made(coordinates, &Given::Points(rows, options, None))
     }
 
-    /// A surface of few large charts that keep within `accuracy` of the points, in the input's units; a thousandth of
-    /// the diagonal of their box if `None`. Rows are taken for the points of the model nearest to them.
+    /// A surface of few large charts that keep within `accuracy` of the points, in the input's
+    /// units; a thousandth of the diagonal of their box if `None`. Rows are taken for the points of
+    /// the model nearest to them.
     ///
     /// # Errors
     /// As [`from_cloud`](Self::from_cloud), and [`Error::Engine`] where no surface fits.
@@ -86,9 +87,11 @@ impl Surface {
         Self::made(coordinates, &Given::Model(model))
     }
 
-    /// The surface F(x) = 0 of an equation in x, y, z (or x1 to x16), such as `"x^2 + y^2 + z^2 = 1"`.
+    /// The surface F(x) = 0 of an equation in x, y, z (or x1 to x16), such as `"x^2 + y^2 + z^2 =
+    /// 1"`.
     ///
-    /// The surface is looked for about the origin, in boxes ever larger, and sampled as far as it goes.
+    /// The surface is looked for about the origin, in boxes ever larger, and sampled as far as it
+    /// goes.
     ///
     /// # Errors
     /// As [`from_equations`](Self::from_equations).
@@ -96,12 +99,12 @@ impl Surface {
         Self::from_equations(&[text], 3, None)
     }
 
-    /// The surface on which all of some equations hold, within a box (the lowest and the highest coordinates) if one is
-    /// given. [`taut_formula`] has the language.
+    /// The surface on which all of some equations hold, within a box (the lowest and the highest
+    /// coordinates) if one is given. [`taut_formula`] has the language.
     ///
     /// # Errors
-    /// [`Error::Formula`] where a text cannot be read, [`Error::NotFound`] where no point of the surface is found, and
-    /// [`Error::Engine`] for as many equations as coordinates or more.
+    /// [`Error::Formula`] where a text cannot be read, [`Error::NotFound`] where no point of the
+    /// surface is found, and [`Error::Engine`] for as many equations as coordinates or more.
     pub fn from_equations(
         texts: &[&str],
         coordinates: usize,
@@ -173,7 +176,8 @@ impl Surface {
         Ok(paths.swap_remove(0))
     }
 
-    /// Up to `most` distinct geodesics between two points, one for each way round that was found, shortest first.
+    /// Up to `most` distinct geodesics between two points, one for each way round that was found,
+    /// shortest first.
     ///
     /// # Errors
     /// As [`path`](Self::path).
@@ -193,8 +197,8 @@ impl Surface {
             })
     }
 
-    /// The paths of many pairs of ends, in their order and on all threads; what is wrong with a pair's ends is its own
-    /// answer.
+    /// The paths of many pairs of ends, in their order and on all threads; what is wrong with a
+    /// pair's ends is its own answer.
     #[must_use]
     pub fn paths<E>(&self, pairs: &[[E; 2]], options: &PathOptions) -> Vec<Result<Path, Error>>
     where
@@ -222,8 +226,8 @@ impl Surface {
         self.matrix_with(sources, targets, options, &|_, _| true)
     }
 
-    /// As [`matrix`](Self::matrix). `progress` hears how many paths of how many are found, from any thread, and gives up
-    /// by answering `false`.
+    /// As [`matrix`](Self::matrix). `progress` hears how many paths of how many are found, from any
+    /// thread, and gives up by answering `false`.
     ///
     /// # Errors
     /// As [`matrix`](Self::matrix), and [`Error::Cancelled`].
@@ -245,8 +249,8 @@ impl Surface {
     /// Distances from the nearest of some sources to every row that the surface was put through.
     ///
     /// # Errors
-    /// [`Error::NoPlace`] for a source without a place on the surface, [`Error::NoRows`] where the surface was not put
-    /// through points, and [`Error::Engine`] without sources.
+    /// [`Error::NoPlace`] for a source without a place on the surface, [`Error::NoRows`] where the
+    /// surface was not put through points, and [`Error::Engine`] without sources.
     ///
     /// About O(n) time and memory in the points.
     pub fn distances<E>(&self, sources: &[E], options: &FieldOptions) -> Result<Distances, Error>
@@ -259,7 +263,8 @@ impl Surface {
     /// The distance from the nearest of some sources, to be asked for anywhere.
     ///
     /// # Errors
-    /// [`Error::NoPlace`] for a source without a place on the surface, and [`Error::Engine`] without sources.
+    /// [`Error::NoPlace`] for a source without a place on the surface, and [`Error::Engine`]
+    /// without sources.
     pub fn field<E>(&self, sources: &[E], options: &FieldOptions) -> Result<Field, Error>
     where
         E: Clone + Into<End>,
@@ -272,11 +277,12 @@ impl Surface {
         Ok(Field { found })
     }
 
-    /// The logarithms, at the nearest of some sources, of every row that the surface was put through: the vectors whose
-    /// geodesics lead there.
+    /// The logarithms, at the nearest of some sources, of every row that the surface was put
+    /// through: the vectors whose geodesics lead there.
     ///
     /// # Errors
-    /// As [`distances`](Self::distances), and [`Error::Engine`] on rough clouds and on surfaces of other dimensions than 2.
+    /// As [`distances`](Self::distances), and [`Error::Engine`] on rough clouds and on surfaces of
+    /// other dimensions than 2.
     pub fn log<E>(&self, sources: &[E], options: &FieldOptions) -> Result<Logarithms, Error>
     where
         E: Clone + Into<End>,
@@ -284,11 +290,12 @@ impl Surface {
         self.field(sources, options)?.logarithms_at_rows()
     }
 
-    /// The geodesic that leaves a point along a vector, as long as the part of the vector that is tangent to the surface.
+    /// The geodesic that leaves a point along a vector, as long as the part of the vector that is
+    /// tangent to the surface.
     ///
     /// # Errors
-    /// [`Error::NoPlace`] for a point without a place on the surface or a vector of another number of coordinates, and
-    /// [`Error::Engine`] where the vector has no tangential part.
+    /// [`Error::NoPlace`] for a point without a place on the surface or a vector of another number
+    /// of coordinates, and [`Error::Engine`] where the vector has no tangential part.
     pub fn exp(
         &self,
         from: impl Into<End>,
@@ -298,8 +305,9 @@ impl Surface {
         self.ready.shoot(&from.into(), vector, options)
     }
 
-    /// Orthonormal tangents of the surface at some points: k vectors of as many coordinates as the points have, one point
-    /// after the other; not numbers at those without a place on the surface. O(1) for each point.
+    /// Orthonormal tangents of the surface at some points: k vectors of as many coordinates as the
+    /// points have, one point after the other; not numbers at those without a place on the surface.
+    /// O(1) for each point.
     #[must_use]
     pub fn tangents<E: Clone + Into<End>>(&self, points: &[E]) -> Vec<f64> {
         let points: Vec<End> = points.iter().cloned().map(Into::into).collect();

@@ -1,4 +1,5 @@
-//! Small files that jobs read and the command cannot make. Only arithmetic that rounds alike everywhere is used.
+//! Small files that jobs read and the command cannot make. Only arithmetic that rounds alike
+//! everywhere is used.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -16,7 +16,8 @@ pub enum Line {
     Job(Job),
 }
 
-/// `NAME: taut ARGUMENTS => OUTPUT SUM, OUTPUT SUM, ..`; the arrow and what is behind it are missing from a new one.
+/// `NAME: taut ARGUMENTS => OUTPUT SUM, OUTPUT SUM, ..`; the arrow and what is behind it are
+/// missing from a new one.
 #[derive(Debug, PartialEq)]
 pub struct Job {
     pub name: String,

@@ -25,8 +25,8 @@ impl Output {
         }
     }
 
-    /// Puts the part, which is on the disk, in the place of the whole, unless that was done before. Access rights stay
-    /// those of the whole.
+    /// Puts the part, which is on the disk, in the place of the whole, unless that was done before.
+    /// Access rights stay those of the whole.
     pub fn complete(&self) -> Result<(), Failure> {
         if let (Ok(before), Ok(_)) = (fs::metadata(&self.whole), fs::metadata(&self.part)) {
             fs::set_permissions(&self.part, before.permissions())

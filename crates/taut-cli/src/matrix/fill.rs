@@ -54,8 +54,8 @@ pub fn fill<const D: usize>(
     }
 }
 
-/// Every pair. Rows go in strips, as many as memory holds distances for; each strip meets all columns, so that
-/// a column's distances are found once a strip.
+/// Every pair. Rows go in strips, as many as memory holds distances for; each strip meets all
+/// columns, so that a column's distances are found once a strip.
 fn all<const D: usize>(
     ready: &Ready<'_, D>,
     [rows, columns]: [&[Node<D, Place<D>>]; 2],

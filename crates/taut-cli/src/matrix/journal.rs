@@ -1,5 +1,5 @@
-//! Which blocks of a table are done: a line each, written once the block is on the disk. Before each line stands its check
-//! sum: what the disk has changed does not count.
+//! Which blocks of a table are done: a line each, written once the block is on the disk. Before
+//! each line stands its check sum: what the disk has changed does not count.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -42,7 +42,8 @@ enum Line {
 pub struct Done {
     /// The block's number.
     pub block: usize,
-    /// Where in the file of entries the block's begin and end, in bytes; 0 where there is no such file.
+    /// Where in the file of entries the block's begin and end, in bytes; 0 where there is no such
+    /// file.
     pub start: u64,
     pub end: u64,
     /// Check sums of what was written.

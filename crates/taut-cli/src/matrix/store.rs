@@ -41,8 +41,8 @@ struct Dense {
 }
 
 impl<'a> Store<'a> {
-    /// Opens the parts of a run of which some blocks may be done; `dimension` is the number of coordinates of a
-    /// point.
+    /// Opens the parts of a run of which some blocks may be done; `dimension` is the number of
+    /// coordinates of a point.
     pub fn open(
         settings: &Settings,
         plan: &'a Plan,

@@ -61,7 +61,8 @@ impl Tally {
     }
 }
 
-/// The length of a path as a table has it: infinite where nothing connects the ends, not a number where it is unknown.
+/// The length of a path as a table has it: infinite where nothing connects the ends, not a number
+/// where it is unknown.
 pub fn length(path: &FoundPath) -> f64 {
     match path.outcome {
         Outcome::Asked(Status::NoPath) => f64::INFINITY,
@@ -69,8 +70,8 @@ pub fn length(path: &FoundPath) -> f64 {
     }
 }
 
-/// The estimated error of the length, of path and surface together; not a number where it is unknown or nothing
-/// connects the ends.
+/// The estimated error of the length, of path and surface together; not a number where it is
+/// unknown or nothing connects the ends.
 pub fn error(path: &FoundPath) -> f64 {
     let both = path.length.and(path.length_error).zip(path.surface_error);
     both.map_or(f64::NAN, |(path, surface)| path + surface)

@@ -1,4 +1,5 @@
-//! A surface of either kind, so that what spreads over all of them is compiled once for each dimension.
+//! A surface of either kind, so that what spreads over all of them is compiled once for each
+//! dimension.
 
 use taut::equations::System;
 use taut_core::Vector;

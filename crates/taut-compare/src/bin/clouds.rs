@@ -1,8 +1,9 @@
-//! Accuracy and speed of paths on clouds with known truth:
-//! `cargo run --release -p taut-compare --features measure --bin clouds -- sphere:10000 torus:10000 roll:4.3 [--tol 1e-6]`.
+//! Accuracy and speed of paths on clouds with known truth: `cargo run --release -p taut-compare
+//! --features measure --bin clouds -- sphere:10000 torus:10000 roll:4.3 [--tol 1e-6]`.
 //!
-//! Prints a line a case: set-up seconds, median microseconds a path, median, 99th percentile and largest
-//! relative error of 200 lengths, how many converged, how many error estimates cover the error.
+//! Prints a line a case: set-up seconds, median microseconds a path, median, 99th percentile and
+//! largest relative error of 200 lengths, how many converged, how many error estimates cover the
+//! error.
 
 use std::time::Instant;
 
@@ -86,7 +87,8 @@ fn roll(gap: f64) -> Case {
     }
 }
 
-/// A square of side 2 with a round hole of radius 0.4; pairs whose straight line it blocks half the time.
+/// A square of side 2 with a round hole of radius 0.4; pairs whose straight line it blocks half the
+/// time.
 fn hole(count: usize) -> Case {
     let sample = generate::plane_with_hole(count, 1.0, 0.4, 1);
     let pairs = generate::pairs(count, PAIRS, 2);

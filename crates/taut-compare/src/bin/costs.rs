@@ -1,10 +1,10 @@
-//! Accuracy of fields of least cost against known truth:
-//! `cargo run --release -p taut-compare --features measure --bin costs -- constant:20000 speed:20000 refraction:20000 factors:20000
+//! Accuracy of fields of least cost against known truth: `cargo run --release -p taut-compare
+//! --features measure --bin costs -- constant:20000 speed:20000 refraction:20000 factors:20000
 //! hiking:20000 gap:20000`.
 //!
-//! A case is NAME:POINTS, on random points of a square of side 2 (`constant`: of the unit sphere). Prints seconds of
-//! what all fields share and of one at all points, relative errors over points at least 5 spacings away, and what the
-//! estimates cover.
+//! A case is NAME:POINTS, on random points of a square of side 2 (`constant`: of the unit sphere).
+//! Prints seconds of what all fields share and of one at all points, relative errors over points at
+//! least 5 spacings away, and what the estimates cover.
 
 use std::time::Instant;
 

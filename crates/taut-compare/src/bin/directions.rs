@@ -1,8 +1,9 @@
-//! Accuracy of logarithms and of parallel transport on clouds with known truth:
-//! `cargo run --release -p taut-compare --features measure --bin directions -- sphere:100000 torus:100000`.
+//! Accuracy of logarithms and of parallel transport on clouds with known truth: `cargo run
+//! --release -p taut-compare --features measure --bin directions -- sphere:100000 torus:100000`.
 //!
-//! Prints a line a case: seconds of the logarithms of all points, errors of the position over the distance and of the
-//! transport's angle in radians, over points at least 5 spacings away, and what the estimates cover.
+//! Prints a line a case: seconds of the logarithms of all points, errors of the position over the
+//! distance and of the transport's angle in radians, over points at least 5 spacings away, and what
+//! the estimates cover.
 
 use std::f64::consts::PI;
 use std::time::Instant;

@@ -1,11 +1,14 @@
-//! Accuracy and speed of distance fields on clouds with known truth:
-//! `cargo run --release -p taut-compare --features measure --bin fields -- sphere:100000 torus:10000 roll:100000:8 sphere:10000:1`,
-//! with holes, notches, outliers and uneven density `hole:10000 triangle:10000 notches:10000 strewn:10000 uneven:10000`,
-//! and of other dimensions `sphere3:100000 sphere4:100000 spherinder:50000 curve:1000 clifford:100000 roll10:20000`.
+//! Accuracy and speed of distance fields on clouds with known truth: `cargo run --release -p
+//! taut-compare --features measure --bin fields -- sphere:100000 torus:10000 roll:100000:8
+//! sphere:10000:1`, with holes, notches, outliers and uneven density `hole:10000 triangle:10000
+//! notches:10000 strewn:10000 uneven:10000`, and of other dimensions `sphere3:100000 sphere4:100000
+//! spherinder:50000 curve:1000 clifford:100000 roll10:20000`.
 //!
-//! A case is SHAPE:POINTS, and after another colon the noise in spacings, for the roll the gap between its layers in
-//! spacings, and for sheets with holes and notches the seed of the points, of which the first is the source. Prints a line a case: seconds of the atlas, of what all fields share, of the first field at all points
-//! and (best of five) of later ones; relative errors over points at least 5 spacings away; what the estimates cover.
+//! A case is SHAPE:POINTS, and after another colon the noise in spacings, for the roll the gap
+//! between its layers in spacings, and for sheets with holes and notches the seed of the points, of
+//! which the first is the source. Prints a line a case: seconds of the atlas, of what all fields
+//! share, of the first field at all points and (best of five) of later ones; relative errors over
+//! points at least 5 spacings away; what the estimates cover.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use std::time::Instant;
@@ -20,7 +23,8 @@ use taut_core::field::{Fields, Settings, Source};
 use taut_core::geodesics::Geodesics;
 use taut_core::surface::atlas::Atlas;
 
-/// A cloud of a surface of some dimension with its mean spacing, and the true distances of some rows from row 0.
+/// A cloud of a surface of some dimension with its mean spacing, and the true distances of some
+/// rows from row 0.
 struct Case<const D: usize> {
     points: Vec<[f64; D]>,
     dimension: usize,
@@ -77,7 +81,8 @@ fn torus(count: usize) -> Case<3> {
     }
 }
 
-/// A square of side 2 with a round hole of radius 0.4 in its middle, which hides half of it from the source.
+/// A square of side 2 with a round hole of radius 0.4 in its middle, which hides half of it from
+/// the source.
 fn hole(count: usize, seed: u64) -> Case<3> {
     let sample = generate::plane_with_hole(count, 1.0, 0.4, seed);
     let truth = (1..count)
@@ -143,8 +148,8 @@ fn uneven(count: usize) -> Case<3> {
     }
 }
 
-/// A sheet of 4 by 1 rolled up, layers `gap` spacings apart; the innermost radius is the larger of a gap and 15 spacings
-/// for gaps below 8 spacings, and a gap else.
+/// A sheet of 4 by 1 rolled up, layers `gap` spacings apart; the innermost radius is the larger of
+/// a gap and 15 spacings for gaps below 8 spacings, and a gap else.
 fn roll(count: usize, gap: f64) -> Case<3> {
     let spacing = (4.0 / count as f64).sqrt();
     let inner_radius = if gap < 8.0 { 15.0 } else { gap } * spacing;
@@ -213,7 +218,8 @@ fn clifford(count: usize) -> Case<4> {
     }
 }
 
-/// The product of the unit sphere with a line of length 2, in R^4: its fronts bend in one direction only.
+/// The product of the unit sphere with a line of length 2, in R^4: its fronts bend in one direction
+/// only.
 fn spherinder(count: usize) -> Case<4> {
     let base = generate::sphere::<3>(count, 1.0, 1);
     let heights = generate::sphere::<3>(count, 1.0, 2);

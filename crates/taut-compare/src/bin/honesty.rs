@@ -1,11 +1,13 @@
-//! Do paths and fields on clouds err by no more than they claim?
-//! `cargo run --release -p taut-compare --features measure --bin honesty [-- --half set|held] [--points 5000,20000] [--seeds 1,2] [NAME ...]`
+//! Do paths and fields on clouds err by no more than they claim? `cargo run --release -p
+//! taut-compare --features measure --bin honesty [-- --half set|held] [--points 5000,20000]
+//! [--seeds 1,2] [NAME ...]`
 //!
-//! Each case of [`taut_compare::cases`], of each size and seed, is asked for the field of some of its points, all points at least
-//! 8 spacings away being judged up to a number, and for paths to some of them. A line a case and size: mean and largest relative error,
-//! the share of errors within their claims, the largest error over its claim, of fields and of paths; for fields also how many pairs
-//! of near points differ by more than the way between them. Cases and seeds belong to two halves, one to set
-//! thresholds on and one held out.
+//! Each case of [`taut_compare::cases`], of each size and seed, is asked for the field of some of
+//! its points, all points at least 8 spacings away being judged up to a number, and for paths to
+//! some of them. A line a case and size: mean and largest relative error, the share of errors
+//! within their claims, the largest error over its claim, of fields and of paths; for fields also
+//! how many pairs of near points differ by more than the way between them. Cases and seeds belong
+//! to two halves, one to set thresholds on and one held out.
 
 use std::error::Error;
 

@@ -1,8 +1,9 @@
 //! Accuracy and speed of paths on F = 0 with known truth:
 //! `cargo run --release -p taut-compare --features measure --bin implicit [-- NAME ...]`.
 //!
-//! Prints a line per surface and tolerance: how many of 200 random pairs converged, the largest true
-//! relative error among those, how many error estimates cover the error, median microseconds a path.
+//! Prints a line per surface and tolerance: how many of 200 random pairs converged, the largest
+//! true relative error among those, how many error estimates cover the error, median microseconds a
+//! path.
 
 use std::time::Instant;
 

@@ -1,8 +1,9 @@
-//! Surfaces fitted to scans, measured: `cargo run --release -p taut-compare --features measure --bin models -- FILE SOURCES PARTICLES
-//! [ACCURACY]`.
+//! Surfaces fitted to scans, measured: `cargo run --release -p taut-compare --features measure
+//! --bin models -- FILE SOURCES PARTICLES [ACCURACY]`.
 //!
-//! Fits an implicit surface, evaluates it, spreads particles over it, connects evenly spread sources by
-//! Algorithm 1, and corrects the paths of all their pairs. ACCURACY is in diagonals of the points' box.
+//! Fits an implicit surface, evaluates it, spreads particles over it, connects evenly spread
+//! sources by Algorithm 1, and corrects the paths of all their pairs. ACCURACY is in diagonals of
+//! the points' box.
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,5 +1,6 @@
-//! All pairs of sources on clouds with known truth, paths kept:
-//! `cargo run --release -p taut-compare --features measure --bin pairs -- torus:50000 sphere:50000 [--sources 272] [--tol 1e-6] [--unchecked]`.
+//! All pairs of sources on clouds with known truth, paths kept: `cargo run --release -p
+//! taut-compare --features measure --bin pairs -- torus:50000 sphere:50000 [--sources 272] [--tol
+//! 1e-6] [--unchecked]`.
 
 use std::time::Instant;
 

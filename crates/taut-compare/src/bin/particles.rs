@@ -1,8 +1,9 @@
-//! Particles on surfaces, measured: `cargo run --release -p taut-compare --features measure --bin particles [-- CASE ...]`.
+//! Particles on surfaces, measured: `cargo run --release -p taut-compare --features measure --bin
+//! particles [-- CASE ...]`.
 //!
-//! Cases: guesses (Algorithm 1 before correction, 50 sources), roll (figure 7), genus2 (289 sources, all
-//! pairs), spaces (S^3 and Clifford's torus in R^4, 20 sources), growth (time by number), density (rank
-//! correlation with curvature).
+//! Cases: guesses (Algorithm 1 before correction, 50 sources), roll (figure 7), genus2 (289
+//! sources, all pairs), spaces (S^3 and Clifford's torus in R^4, 20 sources), growth (time by
+//! number), density (rank correlation with curvature).
 
 use std::time::Instant;
 

@@ -1,9 +1,11 @@
 //! This library beside its peers, in one run of a harness that measures them on the same clouds:
-//! `cargo run --release -p taut-compare --features measure --bin peers -- HARNESS PYTHON STAGES`, the folder of `run_all.py`, the Python
-//! that it needs, and its stages, such as `field10k,field100k`. Prints times and errors, and the ratio of times, as a
-//! table. Without the folder it says so and ends well.
+//! `cargo run --release -p taut-compare --features measure --bin peers -- HARNESS PYTHON STAGES`,
+//! the folder of `run_all.py`, the Python that it needs, and its stages, such as
+//! `field10k,field100k`. Prints times and errors, and the ratio of times, as a table. Without the
+//! folder it says so and ends well.
 //!
-//! The harness calls this command back, `--field POINTS SOURCE OUT`, for the distances from a row to all others.
+//! The harness calls this command back, `--field POINTS SOURCE OUT`, for the distances from a row
+//! to all others.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,8 +24,8 @@ const NAME: &str = "taut";
 /// Fields measured for the best time of a later one.
 const LATER: usize = 5;
 
-/// Writes the distances from a row, and tells the seconds of set-up (with what the first field does for all) and of a
-/// later field as the harness reads them.
+/// Writes the distances from a row, and tells the seconds of set-up (with what the first field does
+/// for all) and of a later field as the harness reads them.
 fn field(points: &Path, source: usize, out: &Path) -> Result<(), Failure> {
     let set = taut_io::read(points, &taut_io::ReadOptions::default())?;
     let start = Instant::now();

@@ -1,9 +1,11 @@
-//! Time and memory of one field as clouds grow: `cargo run --release -p taut-compare --features measure --bin scaling -- [SHAPE] [POINTS ...]`,
-//! SHAPE sphere or torus, from 10,000 to 10,000,000 points unless said.
+//! Time and memory of one field as clouds grow: `cargo run --release -p taut-compare --features
+//! measure --bin scaling -- [SHAPE] [POINTS ...]`, SHAPE sphere or torus, from 10,000 to 10,000,000
+//! points unless said.
 //!
-//! Each size runs in a process of its own, from a file: seconds of reading, of the surface and its graph, and of the
-//! field from one source at all points (the best of three where that is short); the peak of resident memory where the
-//! system tells it. At last the exponents of the powers of the number of points that fit the times best.
+//! Each size runs in a process of its own, from a file: seconds of reading, of the surface and its
+//! graph, and of the field from one source at all points (the best of three where that is short);
+//! the peak of resident memory where the system tells it. At last the exponents of the powers of
+//! the number of points that fit the times best.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -59,7 +61,8 @@ fn once(file: &Path) -> Result<[f64; 4], Failure> {
     Ok([read, ready - read, whole - ready, whole])
 }
 
-/// Measures a file and prints the columns and the peak of memory in MiB, for the process that called this one.
+/// Measures a file and prints the columns and the peak of memory in MiB, for the process that
+/// called this one.
 fn measure(file: &Path, count: usize) -> Result<(), Failure> {
     let mut best = once(file)?;
     for _ in 0..if count < LARGE { 4 } else { 0 } {

@@ -1,8 +1,9 @@
 //! Paths on a scan or model against lengths known otherwise (exact polyhedral geodesics from
-//! peers/polyhedral.py): `cargo run --release -p taut-compare --features measure --bin scans -- CLOUD PAIRS LENGTHS`.
+//! peers/polyhedral.py): `cargo run --release -p taut-compare --features measure --bin scans --
+//! CLOUD PAIRS LENGTHS`.
 //!
-//! PAIRS holds two point indices a line, LENGTHS a length a line. Prints median and largest relative
-//! difference, and every pair above 3 %.
+//! PAIRS holds two point indices a line, LENGTHS a length a line. Prints median and largest
+//! relative difference, and every pair above 3 %.
 
 use std::path::Path;
 

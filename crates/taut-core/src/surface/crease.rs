@@ -1,8 +1,8 @@
 //! Creases: places where the tangent space turns at once, as at the edges of |x| + |y| + |z| = 1.
 //!
-//! A shortest path is smooth on both sides of a crease and bends at it. Rays and polynomial elements
-//! do not bend, so a ray ends at a crease, and the error of a path across one is unknown. Clouds
-//! have no creases: their charts are smooth.
+//! A shortest path is smooth on both sides of a crease and bends at it. Rays and polynomial
+//! elements do not bend, so a ray ends at a crease, and the error of a path across one is unknown.
+//! Clouds have no creases: their charts are smooth.
 
 use crate::Vector;
 use crate::surface::{Geometry, Node, Surface};

@@ -1,7 +1,7 @@
 //! E57: every scan's positions in the coordinates of the file, that is, moved by the scan's pose.
 //!
-//! Parsed by the `e57` crate, which checks each page's sum. Its XML section and its records are compared with the file's
-//! length first.
+//! Parsed by the `e57` crate, which checks each page's sum. Its XML section and its records are
+//! compared with the file's length first.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -96,8 +96,8 @@ fn check_header(source: &mut (impl Read + Seek), length: u64) -> Result<(), Faul
     Ok(())
 }
 
-/// Compares a scan's records with the file's length. Records of no bits at all, which could be declared in any number,
-/// are refused: the crate would never end.
+/// Compares a scan's records with the file's length. Records of no bits at all, which could be
+/// declared in any number, are refused: the crate would never end.
 fn check_records(index: usize, scan: &PointCloud, length: u64) -> Result<(), Fault> {
     let bits = |data_type: &RecordDataType| match data_type {
         RecordDataType::Single { .. } => 32,

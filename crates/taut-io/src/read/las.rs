@@ -1,7 +1,7 @@
 //! LAS and LAZ: positions, with a filter by classification.
 //!
-//! The header is parsed by the `las` crate, after the counts and lengths that it declares were compared with the file's
-//! length, since the crate trusts them. Records come in blocks.
+//! The header is parsed by the `las` crate, after the counts and lengths that it declares were
+//! compared with the file's length, since the crate trusts them. Records come in blocks.
 
 mod dimension;
 pub(crate) mod raw;

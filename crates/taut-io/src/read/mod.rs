@@ -1,5 +1,5 @@
-//! The list of all formats, each of which has a file. What the bytes are and what they mean are kept
-//! apart inside each.
+//! The list of all formats, each of which has a file. What the bytes are and what they mean are
+//! kept apart inside each.
 
 mod e57;
 pub(crate) mod las;
@@ -53,8 +53,8 @@ pub struct ReadOptions {
     pub format: Option<Format>,
     /// LAS and LAZ: the classification codes to keep; every one when empty.
     pub classes: Vec<u8>,
-    /// The name of a column of numbers to read beside the points. In CSV, XYZ and TXT it stands in the
-    /// first line; in PLY it is a property of vertices, in LAS and LAZ `intensity` or an extra
+    /// The name of a column of numbers to read beside the points. In CSV, XYZ and TXT it stands in
+    /// the first line; in PLY it is a property of vertices, in LAS and LAZ `intensity` or an extra
     /// dimension.
     pub column: Option<String>,
 }
@@ -185,18 +185,18 @@ impl FromStr for Format {
 
 /// Reads the points of a file.
 ///
-/// The format is the option's, or else the extension's. Coordinates come in `f64`, in the file's units and order;
-/// rows that are not finite and points that share a place are kept. STL, which has only the corners of triangles,
-/// answers each place once, in order of first appearance. XYZ with six columns and unit vectors in the last three are
-/// points with normals.
+/// The format is the option's, or else the extension's. Coordinates come in `f64`, in the file's
+/// units and order; rows that are not finite and points that share a place are kept. STL, which has
+/// only the corners of triangles, answers each place once, in order of first appearance. XYZ with
+/// six columns and unit vectors in the last three are points with normals.
 ///
 /// # Errors
-/// [`ReadError`] where the file cannot be read, is empty, has no point, or does not say what its format demands. No more
-/// memory is asked for than the file's length justifies.
+/// [`ReadError`] where the file cannot be read, is empty, has no point, or does not say what its
+/// format demands. No more memory is asked for than the file's length justifies.
 ///
 /// # Complexity
-/// Linear in the file's length. LAS, LAZ, E57, OBJ, OFF and tables are read through a small buffer, the others from one
-/// copy of the file. A line of text has at most 2^20 bytes.
+/// Linear in the file's length. LAS, LAZ, E57, OBJ, OFF and tables are read through a small buffer,
+/// the others from one copy of the file. A line of text has at most 2^20 bytes.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<PointSet, ReadError> {
     let format = options
         .format

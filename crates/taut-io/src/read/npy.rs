@@ -1,4 +1,5 @@
-//! NPY, one NumPy array: versions 1 to 3, `f4` or `f8` of either byte order, C or Fortran order, shape (n, d), d >= 2.
+//! NPY, one NumPy array: versions 1 to 3, `f4` or `f8` of either byte order, C or Fortran order,
+//! shape (n, d), d >= 2.
 //!
 //! Source: NEP 1, "A simple file format for NumPy arrays".
 

@@ -1,4 +1,5 @@
-//! Wavefront OBJ: the `v` lines, and the `vn` lines where there is one for each vertex in the same order.
+//! Wavefront OBJ: the `v` lines, and the `vn` lines where there is one for each vertex in the same
+//! order.
 
 use std::io::BufRead;
 
@@ -59,7 +60,8 @@ impl Raw {
     }
 }
 
-/// Whether a face's corner `vertex/texture/normal` names a normal of another number than its vertex.
+/// Whether a face's corner `vertex/texture/normal` names a normal of another number than its
+/// vertex.
 fn pairs_unequal_numbers(corner: &str) -> bool {
     let mut numbers = corner.split('/');
     let vertex = numbers.next();

@@ -1,4 +1,5 @@
-//! OFF, the object file format of Geomview, in text: OFF, COFF, NOFF, CNOFF. Colours and faces are ignored.
+//! OFF, the object file format of Geomview, in text: OFF, COFF, NOFF, CNOFF. Colours and faces are
+//! ignored.
 
 use std::io::BufRead;
 

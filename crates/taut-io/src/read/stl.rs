@@ -1,7 +1,8 @@
 //! STL: corners of triangles, welded where they are identical, in order of first appearance.
 //!
-//! The binary body is parsed by `stl_io`. Text is parsed here: its numbers keep the digits of `f64`, and errors name
-//! the line. A file is binary if its length is what its count of triangles demands, whatever its first word.
+//! The binary body is parsed by `stl_io`. Text is parsed here: its numbers keep the digits of
+//! `f64`, and errors name the line. A file is binary if its length is what its count of triangles
+//! demands, whatever its first word.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -58,7 +59,8 @@ fn wrong_length(bytes: &[u8], declared: Option<usize>) -> Fault {
 }
 
 fn read_binary(mut bytes: Vec<u8>, weld: &mut Weld) -> Result<usize, Fault> {
-    // Some writers begin the binary header with "solid", which stl_io takes for text; the header means nothing.
+    // Some writers begin the binary header with "solid", which stl_io takes for text; the header
+    // means nothing.
     bytes[..HEADER].fill(0);
     let mut source = Cursor::new(bytes);
     let mut triangles = 0;

@@ -241,7 +241,8 @@ impl Layout {
         ));
     }
 
-    /// Keeps guessed normals only if they are unit vectors (or zero: unknown), and tells of what was guessed.
+    /// Keeps guessed normals only if they are unit vectors (or zero: unknown), and tells of what
+    /// was guessed.
     fn settle_guess(&self, points: &mut PointSet) {
         if !self.guessed {
             if self.dimension > 3 && self.roles.len() == self.dimension {

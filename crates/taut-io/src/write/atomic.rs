@@ -1,9 +1,9 @@
 //! Files that appear whole or not at all.
 //!
-//! A draft is filled beside its target and takes the target's place when it is complete and on the disk. On Linux it has
-//! no name until then, so that nothing is left of a process that is killed; where the file system knows no files without
-//! a name it is a hidden file, which goes when the process is told to end, and is swept up by the next one if it was
-//! killed.
+//! A draft is filled beside its target and takes the target's place when it is complete and on the
+//! disk. On Linux it has no name until then, so that nothing is left of a process that is killed;
+//! where the file system knows no files without a name it is a hidden file, which goes when the
+//! process is told to end, and is swept up by the next one if it was killed.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, Write};
@@ -15,9 +15,9 @@ use tempfile::{Builder, NamedTempFile};
 use super::unfinished::Unfinished;
 use crate::error::WriteError;
 
-/// Writes a file that appears only when it is complete and on the disk; until then what stood there stays. Access
-/// rights are kept, and where `path` is a link the file that it leads to is replaced. What is no plain file (a pipe, a
-/// terminal) is written directly.
+/// Writes a file that appears only when it is complete and on the disk; until then what stood there
+/// stays. Access rights are kept, and where `path` is a link the file that it leads to is replaced.
+/// What is no plain file (a pipe, a terminal) is written directly.
 ///
 /// # Errors
 /// [`WriteError::Io`] with what the system or `fill` says.
@@ -57,8 +57,8 @@ pub(super) fn replace(
     sync_folder(folder)
 }
 
-/// Says whether a file could be put in a place: its folder must be there, and neither a folder in its stead nor a file
-/// that nobody may write.
+/// Says whether a file could be put in a place: its folder must be there, and neither a folder in
+/// its stead nor a file that nobody may write.
 ///
 /// # Errors
 /// [`WriteError::Io`] with what the system would say.
@@ -146,7 +146,8 @@ pub fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// Gives a draft the owner, as far as that is allowed, and the access rights of the file that it replaces.
+/// Gives a draft the owner, as far as that is allowed, and the access rights of the file that it
+/// replaces.
 fn keep_rights(draft: &File, before: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
@@ -231,8 +232,8 @@ impl Draft {
     }
 }
 
-/// Takes away what killed processes left in a folder: hidden files of ours that are older than a minute and that
-/// nobody holds.
+/// Takes away what killed processes left in a folder: hidden files of ours that are older than a
+/// minute and that nobody holds.
 fn sweep(folder: &Path) {
     const AGE: Duration = Duration::from_secs(60);
     let Ok(entries) = fs::read_dir(folder) else {
@@ -271,7 +272,8 @@ mod linux {
 
     const DESCRIPTORS: &str = "/proc/self/fd";
 
-    /// A file without a name in a folder; `None` where the file system knows none, or where it could not be named later.
+    /// A file without a name in a folder; `None` where the file system knows none, or where it
+    /// could not be named later.
     pub(super) fn unnamed(folder: &Path) -> io::Result<Option<File>> {
         if !Path::new(DESCRIPTORS).exists() {
             return Ok(None);
@@ -297,7 +299,8 @@ mod linux {
             Err(Errno::EXIST) => {}
             named => return Ok(named?),
         }
-        // No call puts a file without a name in the place of another: it gets a name of its own for that moment.
+        // No call puts a file without a name in the place of another: it gets a name of its own for
+        // that moment.
         let (own, unfinished) = loop {
             let own = own_name(folder_of(target));
             let unfinished = Unfinished::new(&own);

@@ -1,7 +1,8 @@
 //! LAS and LAZ: the records of another such file with further dimensions behind them.
 //!
-//! Records are copied byte by byte, as are the header and the records beside the points; what changes with the file is
-//! counted anew. Of the crates only `laz` takes part, which packs the bytes.
+//! Records are copied byte by byte, as are the header and the records beside the points; what
+//! changes with the file is counted anew. Of the crates only `laz` takes part, which packs the
+//! bytes.
 
 mod head;
 mod original;
@@ -40,7 +41,8 @@ pub(super) fn check(
         .map_err(|reason| refused(path, original, reason))
 }
 
-/// Writes the records of `original` in the given rows (all where `None`) with a double for each column.
+/// Writes the records of `original` in the given rows (all where `None`) with a double for each
+/// column.
 pub(super) fn write_beside(
     path: &Path,
     columns: &[Column<'_>],
@@ -247,7 +249,8 @@ impl Count {
     }
 
     fn put(&self, head: &mut Head) {
-        // Point formats of version 1.4 are counted in eight bytes alone, where the header has these.
+        // Point formats of version 1.4 are counted in eight bytes alone, where the header has
+        // these.
         let is_short = head.format < EXTENDED_FORMAT || !head.is_long;
         let short = |count: u64| match u32::try_from(count) {
             Ok(count) if is_short => count,

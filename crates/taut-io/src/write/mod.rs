@@ -194,12 +194,13 @@ fn writer_of<T: Copy>(
 /// | vtk, vtp | polydata of lines, text, with the point data arc_length and normals |
 /// | npy | the points of one path, float64 of shape (nodes, d) |
 ///
-/// Normals are written where every path has them, and so are levels, as `level` beside `arc_length` (not in obj and npy). The file appears only when it is complete; until then the file that
-/// stood there stays.
+/// Normals are written where every path has them, and so are levels, as `level` beside `arc_length`
+/// (not in obj and npy). The file appears only when it is complete; until then the file that stood
+/// there stays.
 ///
 /// # Errors
-/// [`WriteError`] for an unknown extension, arrays that do not fit, another dimension than 3 where the format cannot hold
-/// it, more than one path for npy, or what the system says.
+/// [`WriteError`] for an unknown extension, arrays that do not fit, another dimension than 3 where
+/// the format cannot hold it, more than one path for npy, or what the system says.
 pub fn write_polylines(path: &Path, paths: &[Polyline<'_>]) -> Result<(), WriteError> {
     let dimension = paths.first().map_or(3, |first| first.dimension);
     for (index, polyline) in paths.iter().enumerate() {
@@ -249,11 +250,12 @@ pub fn write_points(
 /// | vtp | polydata of vertices, text, with the columns as point data |
 /// | las, laz | the records of `original`, which is such a file, with the columns as extra dimensions of type double |
 ///
-/// `rows` are the rows of `original` that the points come from, all of them where `None`; records of other rows are left
-/// out. Infinite values are written as infinity in every format.
+/// `rows` are the rows of `original` that the points come from, all of them where `None`; records
+/// of other rows are left out. Infinite values are written as infinity in every format.
 ///
 /// # Errors
-/// As [`write_polylines`]; for las and laz [`WriteError::Original`] where there is no original of that format.
+/// As [`write_polylines`]; for las and laz [`WriteError::Original`] where there is no original of
+/// that format.
 pub fn write_table(
     path: &Path,
     points: &PointTable<'_>,
@@ -284,8 +286,9 @@ pub enum Content<'a> {
     },
 }
 
-/// Says before there is anything to write whether it could be written, as far as that can be known then: the format,
-/// the folder, points of `dimension` where it is known, and for las and laz the file that records are copied from.
+/// Says before there is anything to write whether it could be written, as far as that can be known
+/// then: the format, the folder, points of `dimension` where it is known, and for las and laz the
+/// file that records are copied from.
 ///
 /// # Errors
 /// As of the function that writes.
@@ -373,7 +376,8 @@ fn check_shape(
     })
 }
 
-/// Writes numbers with a separator between them, in the shortest form that reads back to the same bits.
+/// Writes numbers with a separator between them, in the shortest form that reads back to the same
+/// bits.
 fn write_row(
     out: &mut dyn Write,
     separator: char,
@@ -388,7 +392,8 @@ fn write_row(
     Ok(())
 }
 
-/// The names of the columns of a point, and of its normal behind it: x, y, z in space, x1 .. xd otherwise.
+/// The names of the columns of a point, and of its normal behind it: x, y, z in space, x1 .. xd
+/// otherwise.
 fn column_names(dimension: usize, normals: bool) -> Vec<String> {
     let names = |three: [&str; 3], letter: &str| match dimension {
         3 => three.map(str::to_owned).to_vec(),

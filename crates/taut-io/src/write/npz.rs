@@ -1,4 +1,5 @@
-//! NPZ: arrays in a ZIP archive, stored as they are. Sparse matrices as SciPy's `save_npz` writes them.
+//! NPZ: arrays in a ZIP archive, stored as they are. Sparse matrices as SciPy's `save_npz` writes
+//! them.
 
 use std::io::{self, Seek, Write};
 use std::path::Path;
@@ -15,7 +16,8 @@ use crate::error::WriteError;
 pub struct SparseRows<'a> {
     /// Number of rows and of columns.
     pub shape: [usize; 2],
-    /// Where each row begins in `columns` and `values`, and behind the last where it ends: rows + 1 numbers.
+    /// Where each row begins in `columns` and `values`, and behind the last where it ends: rows + 1
+    /// numbers.
     pub starts: &'a [u64],
     /// The column of each value, ascending in every row.
     pub columns: &'a [u64],
@@ -23,9 +25,9 @@ pub struct SparseRows<'a> {
     pub values: &'a [f64],
 }
 
-/// Writes a sparse matrix for `scipy.sparse.load_npz`: the arrays `indices`, `indptr`, `format` (`csr`), `shape` and
-/// `data`. The same matrix gives the same bytes. The file appears only when it is complete, as with
-/// [`write_whole`](crate::write_whole).
+/// Writes a sparse matrix for `scipy.sparse.load_npz`: the arrays `indices`, `indptr`, `format`
+/// (`csr`), `shape` and `data`. The same matrix gives the same bytes. The file appears only when it
+/// is complete, as with [`write_whole`](crate::write_whole).
 ///
 /// # Errors
 /// [`WriteError::Io`] with what the system says.

@@ -6,7 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// A file or folder that is taken away when this is dropped, or by [`discard_unfinished`], unless it is kept.
+/// A file or folder that is taken away when this is dropped, or by [`discard_unfinished`], unless
+/// it is kept.
 #[derive(Debug)]
 pub struct Unfinished(PathBuf);
 
@@ -33,8 +34,8 @@ impl Drop for Unfinished {
     }
 }
 
-/// Takes away all that is unfinished: for a process that was told to end. Nothing can be begun or kept afterwards: who
-/// tries waits for the end.
+/// Takes away all that is unfinished: for a process that was told to end. Nothing can be begun or
+/// kept afterwards: who tries waits for the end.
 pub fn discard_unfinished() {
     let mut paths = paths();
     for path in paths.drain(..) {

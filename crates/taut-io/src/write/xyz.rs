@@ -1,4 +1,5 @@
-//! XYZ: one line a point, its normal behind it. Other dimensions than 3 get a line of names, by which they are known.
+//! XYZ: one line a point, its normal behind it. Other dimensions than 3 get a line of names, by
+//! which they are known.
 
 use std::io::{self, Write};
 

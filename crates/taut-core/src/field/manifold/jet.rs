@@ -80,8 +80,8 @@ impl<const D: usize> Jet<D> {
         Some(self.distance + self.step(frame, v)?.growth.delta)
     }
 
-    /// The jet carried from its frame to another frame; `None` beyond where rays meet, and where the
-    /// gradient would be turned round.
+    /// The jet carried from its frame to another frame; `None` beyond where rays meet, and where
+    /// the gradient would be turned round.
     pub fn carried(&self, from: &Frame<D>, to: &Frame<D>) -> Option<Self> {
         let v = from.log(&to.point, ON_SURFACE);
         let step = self.step(from, &v)?;
@@ -201,8 +201,8 @@ impl<const D: usize> Step<D> {
     }
 }
 
-/// The least rotation that takes one unit vector to another; `None` where they are opposite, so that
-/// there is no least one.
+/// The least rotation that takes one unit vector to another; `None` where they are opposite, so
+/// that there is no least one.
 fn rotation<const D: usize>(from: &Vector<D>, to: &Vector<D>) -> Option<Matrix<D>> {
     let turn = to * from.transpose() - from * to.transpose();
     let share = 1.0 + from.dot(to);

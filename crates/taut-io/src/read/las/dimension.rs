@@ -36,7 +36,8 @@ enum Kind {
 }
 
 impl Kind {
-    /// By the code of a descriptor; `None` for bytes without a meaning and for arrays, which are deprecated.
+    /// By the code of a descriptor; `None` for bytes without a meaning and for arrays, which are
+    /// deprecated.
     fn of_code(code: u8) -> Option<Self> {
         Some(match code {
             1 => Self::Unsigned(1),
@@ -90,7 +91,8 @@ impl Descriptor<'_> {
         self.0[2]
     }
 
-    /// Bytes in a record: where the code says none, as many as the options do, or of the numbers of an array.
+    /// Bytes in a record: where the code says none, as many as the options do, or of the numbers of
+    /// an array.
     fn size(&self) -> usize {
         match (self.code(), self.0[3]) {
             (0, size) => usize::from(size),

@@ -141,7 +141,8 @@ impl RawHeader {
         }
     }
 
-    /// A chunk starts with a whole record, so there cannot be more chunks than records fit before their table.
+    /// A chunk starts with a whole record, so there cannot be more chunks than records fit before
+    /// their table.
     fn check_chunk_table(&self, source: &mut (impl Read + Seek), length: u64) -> Result<(), Fault> {
         let mut table = read_u64(source, self.points_offset)?;
         if table as i64 <= self.points_offset as i64 {

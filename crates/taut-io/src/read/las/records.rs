@@ -1,13 +1,15 @@
 //! The records of a LAS or LAZ file, block by block, as bytes.
 //!
-//! `laz`, which unpacks LAZ, trusts what it reads, and was seen to fail on damaged files in three ways. It panics, on items
-//! that do not add up to a record (checked here before) and on chunk tables that end too soon (turned into an error by
-//! [`unpacking`]). It asks for the memory of a layer that the file does not hold (layers are checked here before). And where
-//! a GPS time is said to belong to another of four sequences it calls itself, as often as the packed bits say so, and a
-//! byte can say so some 40,000 times: the stack overflows, which nothing can catch. So records are unpacked on a thread
-//! with a deep stack, and the bytes that they are made of are refused once that stack is used up (see [`Shallow`]). Layered
-//! records, of point formats 6 and up, are unpacked from memory, where nothing can be refused: positions are read without
-//! their times, and who needs these looks at them before (see [`times`]).
+//! `laz`, which unpacks LAZ, trusts what it reads, and was seen to fail on damaged files in three
+//! ways. It panics, on items that do not add up to a record (checked here before) and on chunk
+//! tables that end too soon (turned into an error by [`unpacking`]). It asks for the memory of a
+//! layer that the file does not hold (layers are checked here before). And where a GPS time is said
+//! to belong to another of four sequences it calls itself, as often as the packed bits say so, and
+//! a byte can say so some 40,000 times: the stack overflows, which nothing can catch. So records
+//! are unpacked on a thread with a deep stack, and the bytes that they are made of are refused once
+//! that stack is used up (see [`Shallow`]). Layered records, of point formats 6 and up, are
+//! unpacked from memory, where nothing can be refused: positions are read without their times, and
+//! who needs these looks at them before (see [`times`]).
 
 use std::io::{self, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -44,7 +46,8 @@ enum Source<R: Read + Seek + Send + Sync + 'static> {
 }
 
 impl<R: Read + Seek + Send + Sync + 'static> Records<R> {
-    /// Of a file whose header was checked. Packed records must be read on the thread that calls this.
+    /// Of a file whose header was checked. Packed records must be read on the thread that calls
+    /// this.
     pub fn new(
         mut source: R,
         length: u64,
@@ -248,10 +251,12 @@ pub(crate) fn each_chunk<S: Read + Seek>(
 
 /// Stack of the thread that unpacks. Only what is used of it takes memory.
 const STACK: usize = 256 << 20;
-/// Bytes of stack at which no more are read. Between two bytes the unpacking goes some 40,000 calls deeper at most.
+/// Bytes of stack at which no more are read. Between two bytes the unpacking goes some 40,000 calls
+/// deeper at most.
 const DEEPEST: usize = 16 << 20;
 
-/// Runs on a thread whose stack is deep enough for a [`Shallow`] source to refuse before it overflows.
+/// Runs on a thread whose stack is deep enough for a [`Shallow`] source to refuse before it
+/// overflows.
 pub(crate) fn with_deep_stack<T: Send, E: From<io::Error> + Send>(
     run: impl FnOnce() -> Result<T, E> + Send,
 ) -> Result<T, E> {

@@ -1,8 +1,9 @@
 //! Looks at the GPS times of layered records, of point formats 6 and up, before `laz` unpacks them.
 //!
-//! A time may be said to belong to another of four sequences, and then to yet another. `laz` calls itself for each of these,
-//! so that damaged files overflow the stack. Here the same packed bits are followed in a loop: of a record only what
-//! decides which bits come next, that is neither places nor times themselves.
+//! A time may be said to belong to another of four sequences, and then to yet another. `laz` calls
+//! itself for each of these, so that damaged files overflow the stack. Here the same packed bits
+//! are followed in a loop: of a record only what decides which bits come next, that is neither
+//! places nor times themselves.
 
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
@@ -17,7 +18,8 @@ use crate::error::Fault;
 
 /// From sequence to sequence this often at most; a writer has no use for more than one such step.
 const MOST_STEPS: usize = 100;
-/// Of the nine layers of a record's first part: returns, channel, x and y are in the first, times in the last.
+/// Of the nine layers of a record's first part: returns, channel, x and y are in the first, times
+/// in the last.
 const PLACES: usize = 0;
 const TIMES: usize = 8;
 /// Where in a record numbers of returns and the channel stand.
@@ -62,7 +64,8 @@ fn part(source: &mut (impl Read + Seek), start: u64, size: u32) -> Result<Vec<u8
     Ok(bytes)
 }
 
-/// Whether times of a chunk take too many steps. What cannot be unpacked at all does not: that is found out later.
+/// Whether times of a chunk take too many steps. What cannot be unpacked at all does not: that is
+/// found out later.
 fn is_endless(
     source: &mut (impl Read + Seek),
     chunk: &Chunk,

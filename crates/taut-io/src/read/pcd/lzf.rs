@@ -1,5 +1,5 @@
-//! LZF, the compression of PCD bodies, after the format of Marc Lehmann's liblzf: literal runs of up to 32 bytes, and
-//! back references of 3 to 264 bytes at most 8192 bytes back.
+//! LZF, the compression of PCD bodies, after the format of Marc Lehmann's liblzf: literal runs of
+//! up to 32 bytes, and back references of 3 to 264 bytes at most 8192 bytes back.
 
 /// What is wrong with a compressed stream, and where.
 pub(super) struct LzfError {
@@ -7,8 +7,8 @@ pub(super) struct LzfError {
     pub(super) found: String,
 }
 
-/// Unpacks to exactly `size` bytes. No more memory is held than the stream has earned so far: a byte of it unpacks to at
-/// most 264.
+/// Unpacks to exactly `size` bytes. No more memory is held than the stream has earned so far: a
+/// byte of it unpacks to at most 264.
 pub(super) fn decompress(packed: &[u8], size: usize) -> Result<Vec<u8>, LzfError> {
     const LONGEST_PER_BYTE: usize = 264;
     let mut output = Vec::with_capacity(size.min(packed.len().saturating_mul(LONGEST_PER_BYTE)));

@@ -1,7 +1,7 @@
 //! PCD of the Point Cloud Library, version 0.7 and before: ASCII, binary, binary_compressed.
 //!
-//! The reader is our own: `pcd-rs` 0.13 allocates what the header claims and indexes past the end of a compressed body
-//! that is shorter than its points.
+//! The reader is our own: `pcd-rs` 0.13 allocates what the header claims and indexes past the end
+//! of a compressed body that is shorter than its points.
 
 mod body;
 mod header;

@@ -51,7 +51,8 @@ fn refuse_long_lines(bytes: &[u8]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The header's maps keep one of two properties of the same name, which would shift every value behind it.
+/// The header's maps keep one of two properties of the same name, which would shift every value
+/// behind it.
 fn refuse_repeated_names(text: &[u8]) -> Result<(), Fault> {
     let mut elements = HashSet::new();
     let mut properties = HashSet::new();

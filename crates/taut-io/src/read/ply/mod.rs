@@ -1,7 +1,9 @@
-//! PLY: ASCII, binary little and big endian; the properties x, y, z and nx, ny, nz of the element `vertex`.
+//! PLY: ASCII, binary little and big endian; the properties x, y, z and nx, ny, nz of the element
+//! `vertex`.
 //!
-//! Header and binary records are parsed by `ply-rs-bw`, after its counts have been compared with the file's length.
-//! ASCII rows are parsed here: they keep the digits of `f64` even where a property is declared `float`.
+//! Header and binary records are parsed by `ply-rs-bw`, after its counts have been compared with
+//! the file's length. ASCII rows are parsed here: they keep the digits of `f64` even where a
+//! property is declared `float`.
 
 mod body;
 mod header;

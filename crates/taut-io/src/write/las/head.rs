@@ -8,7 +8,8 @@ use super::original::{EXTRA_BYTES, Original, USER, place};
 use crate::read::las::raw::VLR_HEADER;
 use crate::read::las::{DESCRIPTOR, descriptors_size, names as names_of};
 
-/// Where in a descriptor the data type stands, and that of doubles; of bytes without a meaning, their number.
+/// Where in a descriptor the data type stands, and that of doubles; of bytes without a meaning,
+/// their number.
 const TYPE_AT: usize = 2;
 const DOUBLE: u8 = 10;
 const OPTIONS_AT: usize = 3;
@@ -100,7 +101,8 @@ fn laszip(format: u8, extra: u16) -> Result<LazVlr, String> {
     let written = LazVlr::from_laz_items(items).write_to(&mut data);
     written.map_err(|error| error.to_string())?;
     for item in data[ITEMS_AT..].as_chunks_mut::<6>().0 {
-        // `laz` calls the packing of wave forms the second version, of which LASzip knows only the first: the same.
+        // `laz` calls the packing of wave forms the second version, of which LASzip knows only the
+        // first: the same.
         if item.starts_with(&WAVES) {
             item[4..].copy_from_slice(&1_u16.to_le_bytes());
         }
@@ -125,7 +127,8 @@ fn variable_record(user: &str, id: u16, description: &str, data: &[u8]) -> Resul
     Ok(bytes)
 }
 
-/// Descriptors of all extra bytes: those that there were, of bytes that none of them describes, and of the columns.
+/// Descriptors of all extra bytes: those that there were, of bytes that none of them describes, and
+/// of the columns.
 fn with_columns(known: &[u8], extra: usize, names: &[&str]) -> Result<Vec<u8>, String> {
     let (known, rest) = known.as_chunks::<DESCRIPTOR>();
     let described: usize = descriptors_size(known);

@@ -1,7 +1,7 @@
 //! The parts of a LAS or LAZ file besides its records, as bytes.
 //!
-//! Whatever is not understood is copied as it stands, so that nothing gets lost on the way: identifiers, time and wave
-//! form flags, records of coordinate systems.
+//! Whatever is not understood is copied as it stands, so that nothing gets lost on the way:
+//! identifiers, time and wave form flags, records of coordinate systems.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -65,7 +65,8 @@ pub(super) struct Original {
     pub raw: RawHeader,
     pub parsed: las::Header,
     pub header: Vec<u8>,
-    /// All but those that say how the points are packed or ordered, and those that describe extra bytes.
+    /// All but those that say how the points are packed or ordered, and those that describe extra
+    /// bytes.
     pub records: Vec<Record>,
     /// Descriptors of extra bytes.
     pub descriptors: Vec<u8>,
