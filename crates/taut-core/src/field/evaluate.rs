@@ -71,7 +71,7 @@ pub(crate) struct Taken<const D: usize> {
     pub believed: f64,
     /// By how much the node's branches miss the distances of the node's neighbours.
     pub missed: f64,
-    /// By how much another way may be shorter whose jet the node does not know as far as the point.
+    /// How much shorter another way may be, whose jet is not known as far as the point.
     pub unknown: f64,
     /// The node that the value was taken from.
     pub node: u32,

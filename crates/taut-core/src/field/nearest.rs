@@ -104,8 +104,8 @@ impl<const D: usize, S: Guide<D>> Fields<'_, D, S> {
             list.map(|(node, length)| (node, length + source.start as f32))
         });
         let entrances: Vec<(u32, f32)> = entrances.collect();
-        // The bounds of the points at the nodes passed, the farthest first, as many as it takes to
-        // hold `count` points.
+        // Upper bounds of the distances of the points at the nodes passed, the largest first. Only
+        // as many are kept as it takes to hold `count` points.
         let mut held: BinaryHeap<Passed> = BinaryHeap::new();
         let (mut points, mut edge) = (0, 0.0_f64);
         let mut passed = vec![false; beside.len()];

@@ -153,7 +153,7 @@ struct Search<'a, const D: usize> {
     /// The coordinates of `x` along the tree's axes.
     along: Vector<D>,
     count: usize,
-    /// The squared distance of which no point that is farther is among the nearest.
+    /// The squared distance beyond which no point is among the nearest.
     limit: f64,
     /// The nearest points so far, and others.
     found: &'a mut Vec<Neighbour>,

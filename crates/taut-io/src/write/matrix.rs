@@ -18,7 +18,7 @@ impl MatrixFile {
     /// Makes a file of rows x columns zeros, which take no place on most file systems.
     ///
     /// # Errors
-    /// What the system says; also of a matrix larger than any file.
+    /// The error of the operating system, also for a matrix larger than any file.
     pub fn create(path: &Path, shape: [usize; 2]) -> io::Result<Self> {
         let file = File::options()
             .read(true)
@@ -40,7 +40,7 @@ impl MatrixFile {
     /// Opens a file that [`create`](Self::create) made of this shape.
     ///
     /// # Errors
-    /// What the system says; also where the file has another shape or length.
+    /// The error of the operating system, and one where the file has another shape or length.
     pub fn open(path: &Path, shape: [usize; 2]) -> io::Result<Self> {
         let file = File::options().read(true).write(true).open(path)?;
         let matrix = Self {
@@ -78,7 +78,7 @@ impl MatrixFile {
     /// Writes numbers of a row from a column on.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     ///
     /// # Panics
     /// Where they reach beyond the row or the row beyond the matrix.
@@ -94,7 +94,7 @@ impl MatrixFile {
     /// Reads numbers of a row from a column on.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     ///
     /// # Panics
     /// Where they reach beyond the row or the row beyond the matrix.
@@ -120,7 +120,7 @@ impl MatrixFile {
     /// Waits until what was written is on the disk.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_data()
     }

@@ -43,7 +43,7 @@ pub(crate) struct Spoke {
     pub joined: bool,
 }
 
-/// The rings round all points.
+/// The ring of neighbours round each point.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rings {
     starts: Vec<u32>,

@@ -20,7 +20,7 @@ pub(super) const EXTRA_BYTES: u16 = 4;
 /// What other software keeps about how the points lie in the file, which they no longer do.
 const ORDER: &str = "copc";
 
-/// Places in the header.
+/// Offsets of fields of the header, in bytes.
 pub(super) mod place {
     pub const ENCODING: usize = 6;
     pub const MINOR_VERSION: usize = 25;
