@@ -9,7 +9,7 @@ use crate::surface::{Geometry, Node, Surface};
 
 /// Most that the tangent space may turn beyond what its curvature explains, in radians.
 const UNEXPLAINED: f64 = 0.02;
-/// Distance across which a turn is a crease, as a share of the distance at first.
+/// Share of the distance between two nodes within which a turn counts as one at once.
 const AT_ONCE: f64 = 1e-9;
 
 /// Whether a unit tangent leads off a tangent space nearby by more than the surface turns on the

@@ -231,9 +231,9 @@ fn advance<const D: usize, S: Surface<D>>(
     let spread = (error.jacobi[0] - start.jacobi[0]).amax();
     let error =
         off_by.dot(&ahead).abs() + (SIDEWAYS + OFF_WEIGHT) * off_by.norm() + SIDEWAYS * spread;
-    let tangents: [Vector<D>; D] = std::array::from_fn(|j| stage.tangents.column(j).into_owned());
     let is_creased = surface.resolution(place) == 0.0
-        && geometry.is_creased(&tangents[..frame.dimension()], 0.0);
+        && (0..frame.dimension())
+            .any(|j| geometry.is_creased([&stage.tangents.column(j).into_owned()], 0.0));
     frame.settle(geometry, farthest)?;
     let chord = (frame.point - start.x).norm();
     if !(error.is_finite()

@@ -382,9 +382,9 @@ fn advance<const D: usize, S: Surface<D>>(
         let error = dx.dot(&start.v).abs() + SIDEWAYS * side + OFF_WEIGHT * dx.norm();
         let aside = &from.frame.tangents[1];
         let frame = settled(frame, &stage.v, aside, geometry, farthest)?;
-        let turning = from.frame.curvature().max(frame.curvature()) * step;
+        let turning = || from.frame.curvature().max(frame.curvature()) * step;
         let is_creased = surface.resolution(place) == 0.0
-            && (geometry.is_creased([&stage.v], 0.0) || geometry.is_creased([aside], turning));
+            && (geometry.is_creased([&stage.v], 0.0) || geometry.is_creased([aside], turning()));
         let chord = (frame.point - start.x).norm();
         if !(error.is_finite()
             && chord <= CHORD_OVER_STEP * step.hypot(CHART_JUMP * surface.height_error(place)))
